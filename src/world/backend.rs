@@ -1,0 +1,137 @@
+//! What the optimizer may ask of a simulator, whichever processor it runs on.
+
+use super::{CemSettings, EnergyWeights, Pose, SimSettings, Status, Velocity, World};
+use thiserror::Error;
+
+/// Why a backend could not do its work.
+#[derive(Debug, Error)]
+pub enum BackendError {
+    /// The scene does not fit; the message says what and how to shrink it.
+    #[error("{0}")]
+    Capacity(String),
+    /// The device failed.
+    #[error("{0}")]
+    Device(String),
+}
+
+/// Simulates many copies of one small world.
+pub trait Backend: Send + Sync {
+    /// One line for the report: name and processor.
+    fn describe(&self) -> String;
+
+    /// Steps every candidate of `starts` (candidate-major: `starts[candidate * bodies + body]`), at rest at first.
+    /// `on_step(step, poses, velocities)` is called with all candidates' states after every step.
+    fn simulate(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[Pose],
+        on_step: &mut dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow,
+    ) -> Result<Vec<Status>, BackendError>;
+
+    /// Prepares a search over the world's units; nothing is allocated in its loop.
+    fn search<'a>(
+        &'a self,
+        world: &'a World,
+        settings: &'a SearchSettings,
+        stream: Stream,
+    ) -> Result<Box<dyn Search + 'a>, BackendError>;
+}
+
+/// Whether a simulation goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flow {
+    /// Next step.
+    Continue,
+    /// Enough.
+    Stop,
+}
+
+/// Everything that a search needs besides the world.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct SearchSettings {
+    /// Simulation of a candidate.
+    pub simulation: SimSettings,
+    /// Energy of a candidate.
+    pub energy: EnergyWeights,
+    /// Sampling and update.
+    pub cem: CemSettings,
+}
+
+/// Names the random numbers of one search: same stream, same samples, whatever K or the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stream {
+    /// The user's seed.
+    pub seed: u64,
+    /// Number of the group in the run.
+    pub stage: u32,
+}
+
+/// The Gaussian that candidates are drawn from: six dimensions a unit (shift x y z in m, axis-angle x y z in rad).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distribution {
+    /// Mean, `6 · units`.
+    pub mean: Vec<f32>,
+    /// Standard deviation, `6 · units`.
+    pub std: Vec<f32>,
+}
+
+/// The four terms of the energy and their weighted sum.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Energy {
+    /// Weighted sum; +∞ for a candidate whose simulation failed.
+    pub total: f32,
+    /// E_stab: placed to settled, m + rad.
+    pub stability: f32,
+    /// E_vel: speed at step τ, m/s.
+    pub velocity: f32,
+    /// E_pen: pairs, or depth in units of `penetration_depth_unit`.
+    pub penetration: f32,
+    /// E_layout: settled to reference, λ_pos m + rad.
+    pub layout: f32,
+}
+
+/// What one iteration reports.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IterationStats {
+    /// Iteration since the search began, from 0.
+    pub iteration: u32,
+    /// Best energy ever seen.
+    pub best: Energy,
+    /// Best energy of this iteration.
+    pub iteration_best: f32,
+    /// Mean total of this iteration's elites.
+    pub elite_mean: f32,
+    /// Candidates whose status has each bit of `Status::NAMES`.
+    pub flagged: [u32; Status::NAMES.len()],
+}
+
+/// The best candidate ever seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Best {
+    /// Its energy.
+    pub energy: Energy,
+    /// Iteration and index that name it for a replay.
+    pub iteration: u32,
+    /// Index within the iteration.
+    pub candidate: u32,
+    /// Its adjustment, `6 · units`.
+    pub delta: Vec<f32>,
+    /// Pose of every body at placement.
+    pub placed: Vec<Pose>,
+    /// Pose of every body at the end.
+    pub settled: Vec<Pose>,
+}
+
+/// A running Cross-Entropy search.
+pub trait Search {
+    /// Samples, simulates, ranks and updates once.
+    fn iterate(&mut self) -> Result<IterationStats, BackendError>;
+    /// The distribution that the next iteration samples from.
+    fn distribution(&self) -> Distribution;
+    /// Replaces it (start of an episode, resumed run).
+    fn set_distribution(&mut self, distribution: &Distribution);
+    /// The best candidate so far; none before the first usable one.
+    fn best(&mut self) -> Option<Best>;
+}

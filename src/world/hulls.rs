@@ -1,0 +1,252 @@
+//! Flat tables of convex hulls: vertices, face polygons, edges.
+
+use super::constants::{COPLANAR_COSINE, COPLANAR_DISTANCE, MAX_FACE_VERTICES};
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3, Vec4};
+use parry3d::transformation::try_convex_hull;
+use std::collections::BTreeMap;
+
+/// One convex hull. Offsets point into the shared tables; vertex and face numbers inside them are local to the hull.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Hull {
+    /// First vertex in `HullTables::vertices`.
+    pub first_vertex: u32,
+    /// Number of vertices.
+    pub vertex_count: u32,
+    /// First face in `HullTables::faces`.
+    pub first_face: u32,
+    /// Number of faces.
+    pub face_count: u32,
+    /// First edge in `HullTables::edges`.
+    pub first_edge: u32,
+    /// Number of edges.
+    pub edge_count: u32,
+    /// Largest distance of a vertex from `center`, m.
+    pub radius: f32,
+    pad: u32,
+    /// Centre of the box around the hull, body frame, m. Lies inside the hull's box, not always inside the hull.
+    pub center: Vec3,
+    pad1: f32,
+    /// Half extents of that box along the body's axes, m.
+    pub half_extents: Vec3,
+    pad2: f32,
+}
+
+/// A face polygon: all coplanar triangles of the hull together.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Face {
+    /// Outward unit normal and offset: `n · x ≤ d` for every point of the hull, body frame.
+    pub plane: Vec4,
+    /// First corner in `HullTables::face_vertices`.
+    pub first_corner: u32,
+    /// Corners, counter-clockwise seen from outside, at most `MAX_FACE_VERTICES`.
+    pub corner_count: u32,
+    pad: [u32; 2],
+}
+
+impl Face {
+    /// Outward unit normal.
+    pub fn normal(&self) -> Vec3 {
+        self.plane.truncate()
+    }
+}
+
+/// An edge between two faces that are not coplanar.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct Edge {
+    /// Its ends, numbers within the hull.
+    pub vertices: [u32; 2],
+    /// The faces left and right of it, numbers within the hull.
+    pub faces: [u32; 2],
+}
+
+/// All hulls of a world, ready to upload.
+#[derive(Clone, Debug, Default)]
+pub struct HullTables {
+    /// One record a hull.
+    pub hulls: Vec<Hull>,
+    /// Vertices (w = 0), body frame, m.
+    pub vertices: Vec<Vec4>,
+    /// Face polygons.
+    pub faces: Vec<Face>,
+    /// Corners of the face polygons, vertex numbers within the hull.
+    pub face_vertices: Vec<u32>,
+    /// Edges.
+    pub edges: Vec<Edge>,
+}
+
+impl HullTables {
+    /// Adds the hull of `points` (body frame, m). Points without volume are ignored: `shape` has given every part a
+    /// minimal thickness.
+    pub fn push(&mut self, points: &[Vec3]) {
+        let Ok((vertices, triangles)) = try_convex_hull(points) else {
+            return;
+        };
+        if vertices.len() < 4 || triangles.len() < 4 {
+            return;
+        }
+        let (faces, edges) = polygons(&vertices, &triangles);
+        let (low, high) =
+            vertices.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let center = 0.5 * (low + high);
+        self.hulls.push(Hull {
+            first_vertex: self.vertices.len() as u32,
+            vertex_count: vertices.len() as u32,
+            first_face: self.faces.len() as u32,
+            face_count: faces.len() as u32,
+            first_edge: self.edges.len() as u32,
+            edge_count: edges.len() as u32,
+            radius: vertices.iter().map(|v| v.distance(center)).fold(0.0, f32::max),
+            pad: 0,
+            center,
+            pad1: 0.0,
+            half_extents: 0.5 * (high - low),
+            pad2: 0.0,
+        });
+        self.vertices.extend(vertices.iter().map(|v| v.extend(0.0)));
+        for (plane, corners) in faces {
+            self.faces.push(Face {
+                plane,
+                first_corner: self.face_vertices.len() as u32,
+                corner_count: corners.len() as u32,
+                pad: [0; 2],
+            });
+            self.face_vertices.extend(corners);
+        }
+        self.edges.extend(edges);
+    }
+
+    /// Vertices of a hull.
+    pub fn vertices_of(&self, hull: &Hull) -> &[Vec4] {
+        &self.vertices[hull.first_vertex as usize..][..hull.vertex_count as usize]
+    }
+
+    /// Faces of a hull.
+    pub fn faces_of(&self, hull: &Hull) -> &[Face] {
+        &self.faces[hull.first_face as usize..][..hull.face_count as usize]
+    }
+
+    /// Edges of a hull.
+    pub fn edges_of(&self, hull: &Hull) -> &[Edge] {
+        &self.edges[hull.first_edge as usize..][..hull.edge_count as usize]
+    }
+
+    /// Corners of a face, vertex numbers within its hull.
+    pub fn corners_of(&self, face: &Face) -> &[u32] {
+        &self.face_vertices[face.first_corner as usize..][..face.corner_count as usize]
+    }
+}
+
+type Polygons = (Vec<(Vec4, Vec<u32>)>, Vec<Edge>);
+
+/// Joins coplanar neighbouring triangles to polygons, largest triangle first, and lists the edges between polygons.
+fn polygons(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Polygons {
+    let corner = |t: usize, k: usize| vertices[triangles[t][k] as usize];
+    let area_normal: Vec<Vec3> =
+        (0..triangles.len()).map(|t| (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0))).collect();
+    // Directed edge → triangle on its left; a BTreeMap so that the tables do not depend on a hasher.
+    let mut left: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    for (t, tri) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            left.insert([tri[k], tri[(k + 1) % 3]], t);
+        }
+    }
+    let mut order: Vec<usize> = (0..triangles.len()).collect();
+    order.sort_by(|&a, &b| area_normal[b].length_squared().total_cmp(&area_normal[a].length_squared()).then(a.cmp(&b)));
+
+    const NONE: usize = usize::MAX;
+    let mut face_of = vec![NONE; triangles.len()];
+    let mut faces: Vec<(Vec4, Vec<u32>)> = Vec::new();
+    for &seed in &order {
+        if face_of[seed] != NONE {
+            continue;
+        }
+        let Some(normal) = area_normal[seed].try_normalize() else {
+            continue;
+        };
+        let offset = normal.dot(corner(seed, 0));
+        let face = faces.len();
+        face_of[seed] = face;
+        let mut members = vec![seed];
+        let mut next = 0;
+        while next < members.len() {
+            let tri = triangles[members[next]];
+            next += 1;
+            for k in 0..3 {
+                let Some(&t) = left.get(&[tri[(k + 1) % 3], tri[k]]) else {
+                    continue;
+                };
+                let flat = (0..3).all(|k| (normal.dot(corner(t, k)) - offset).abs() <= COPLANAR_DISTANCE);
+                // A sliver has no normal of its own: lying in the plane is enough.
+                let aligned = area_normal[t].try_normalize().is_none_or(|n| n.dot(normal) >= COPLANAR_COSINE);
+                if face_of[t] == NONE && flat && aligned {
+                    face_of[t] = face;
+                    members.push(t);
+                }
+            }
+        }
+        let mut corners: Vec<u32> = members.iter().flat_map(|&t| triangles[t]).collect();
+        corners.sort_unstable();
+        corners.dedup();
+        let corners = thin(vertices, normal, ring(vertices, normal, &corners));
+        // All vertices lie below the plane, so that no support is missed.
+        let offset = vertices.iter().map(|v| normal.dot(*v)).fold(f32::NEG_INFINITY, f32::max);
+        faces.push((normal.extend(offset), corners));
+    }
+    let mut edges = Vec::new();
+    for (&[a, b], &t) in &left {
+        if a < b
+            && let Some(&u) = left.get(&[b, a])
+            && face_of[t] != face_of[u]
+            && face_of[t] != NONE
+            && face_of[u] != NONE
+        {
+            edges.push(Edge { vertices: [a, b], faces: [face_of[t] as u32, face_of[u] as u32] });
+        }
+    }
+    (faces, edges)
+}
+
+/// The convex polygon around `corners` seen against `normal`, counter-clockwise (Andrew's monotone chain).
+fn ring(vertices: &[Vec3], normal: Vec3, corners: &[u32]) -> Vec<u32> {
+    let (u, v) = normal.any_orthonormal_pair();
+    let flat = |i: u32| Vec2::new(u.dot(vertices[i as usize]), v.dot(vertices[i as usize]));
+    let mut sorted = corners.to_vec();
+    sorted.sort_by(|&a, &b| {
+        let (p, q) = (flat(a), flat(b));
+        p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y))
+    });
+    let half = |points: &mut dyn Iterator<Item = u32>| {
+        let mut chain: Vec<u32> = Vec::new();
+        for p in points {
+            while chain.len() >= 2 {
+                let (a, b) = (flat(chain[chain.len() - 2]), flat(chain[chain.len() - 1]));
+                if (b - a).perp_dot(flat(p) - a) > 0.0 {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut lower = half(&mut sorted.iter().copied());
+    lower.extend(half(&mut sorted.iter().rev().copied()));
+    lower
+}
+
+/// Leaves out the corners that cost the polygon the least area until it has `MAX_FACE_VERTICES`.
+fn thin(vertices: &[Vec3], normal: Vec3, mut corners: Vec<u32>) -> Vec<u32> {
+    while corners.len() > MAX_FACE_VERTICES {
+        let n = corners.len();
+        let at = |i: usize| vertices[corners[i % n] as usize];
+        let loss = |i: usize| normal.dot((at(i) - at(i + n - 1)).cross(at(i + 1) - at(i))).abs();
+        let least = (0..n).min_by(|&a, &b| loss(a).total_cmp(&loss(b))).unwrap_or(0);
+        corners.remove(least);
+    }
+    corners
+}

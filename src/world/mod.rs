@@ -1,0 +1,21 @@
+//! What both backends simulate: static tables made once per group, start poses in, trajectories and energies out.
+//!
+//! The world is the same in every candidate; only poses differ. Everything that depends on shape or topology (hull
+//! tables, body pairs, units, capacities) is built here once and shared read-only by all candidates.
+
+mod backend;
+mod body;
+pub mod constants;
+mod hulls;
+mod pose;
+mod settings;
+mod status;
+
+pub use backend::{
+    Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, Search, SearchSettings, Stream,
+};
+pub use body::{Body, BodyDef, Capacities, STATIC, Unit, World};
+pub use hulls::{Edge, Face, Hull, HullTables};
+pub use pose::{Pose, Velocity, angle_between};
+pub use settings::{CemSettings, EnergyWeights, NarrowPhase, PenetrationMode, SimSettings};
+pub use status::Status;

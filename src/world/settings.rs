@@ -1,0 +1,166 @@
+//! Parameters of the simulation, the energy and the search, as the configuration files name them.
+
+use serde::{Deserialize, Serialize};
+
+/// How a candidate is simulated. Defaults are the paper's (Isaac Gym's PhysX settings).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SimSettings {
+    /// Length of one step, s.
+    pub dt: f32,
+    /// Number of steps L.
+    pub steps: u32,
+    /// Collision detections per step.
+    pub substeps: u32,
+    /// Solver iterations per substep; each advances the bodies by `dt / (substeps · iterations)` (temporal Gauss–Seidel).
+    pub position_iterations: u32,
+    /// Relaxing iterations without push-out at the end of a substep.
+    pub velocity_iterations: u32,
+    /// Vertical acceleration, m/s².
+    pub gravity: f32,
+    /// Distance below which contacts are made, m.
+    pub contact_offset: f32,
+    /// Distance that resting surfaces keep, m.
+    pub rest_offset: f32,
+    /// Fastest speed at which overlap is pushed apart, m/s.
+    pub max_push_out: f32,
+    /// Share of linear velocity lost per second, 1/s.
+    pub linear_damping: f32,
+    /// Share of angular velocity lost per second, 1/s.
+    pub angular_damping: f32,
+    /// Coulomb coefficient of every contact.
+    pub friction: f32,
+    /// Step τ at which velocities enter the energy.
+    pub snapshot_step: u32,
+    /// Which hull–hull algorithm runs.
+    pub narrow_phase: NarrowPhase,
+}
+
+impl Default for SimSettings {
+    fn default() -> Self {
+        Self {
+            dt: 1.0 / 60.0,
+            steps: 60,
+            substeps: 2,
+            position_iterations: 6,
+            velocity_iterations: 1,
+            gravity: -9.8,
+            contact_offset: 0.01,
+            rest_offset: 0.0,
+            max_push_out: 5.0,
+            linear_damping: 0.3,
+            angular_damping: 0.3,
+            friction: 1.0,
+            snapshot_step: 15,
+            narrow_phase: NarrowPhase::Twin,
+        }
+    }
+}
+
+/// The hull–hull algorithm of the CPU backend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NarrowPhase {
+    /// GJK and EPA of the parry library: the independent geometry that tests compare against.
+    Reference,
+    /// Separating axes, the algorithm of the shader.
+    Twin,
+}
+
+/// Weights of the four energy terms (`E = λ_stab E_stab + λ_vel E_vel + λ_pen E_pen + λ_layout E_layout`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EnergyWeights {
+    /// λ_stab, per metre and per radian between placed and settled.
+    pub stability: f32,
+    /// λ_vel, per m/s at step τ.
+    pub velocity: f32,
+    /// λ_pen, per intersecting object pair.
+    pub penetration: f32,
+    /// λ_layout, on the whole layout term.
+    pub layout: f32,
+    /// λ_pos, per metre inside the layout term (its rotation part weighs 1 per radian).
+    pub position: f32,
+    /// What a penetrating object pair costs.
+    pub penetration_mode: PenetrationMode,
+    /// Metres of depth that cost as much as one pair in `count` mode; used in `depth` mode.
+    pub penetration_depth_unit: f32,
+}
+
+impl Default for EnergyWeights {
+    fn default() -> Self {
+        Self {
+            stability: 1.0,
+            velocity: 1.0,
+            penetration: 0.5,
+            layout: 1.0,
+            position: 6.0,
+            penetration_mode: PenetrationMode::Count,
+            penetration_depth_unit: 0.02,
+        }
+    }
+}
+
+/// How penetration of an object pair is measured, at placement and again after settlement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PenetrationMode {
+    /// 1 for a pair whose parts overlap by more than the touching tolerance, else 0 (the paper).
+    Count,
+    /// Depth beyond the touching tolerance, in units of `penetration_depth_unit`: guides the search where a count is flat.
+    Depth,
+}
+
+/// The Cross-Entropy search of one group.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CemSettings {
+    /// Samples per iteration, K.
+    pub candidates: u32,
+    /// Iterations per episode, T.
+    pub iterations: u32,
+    /// Episodes; each starts from the distribution that the previous one left.
+    pub episodes: u32,
+    /// ρ: the elites are the best ⌈ρK⌉.
+    pub elite_fraction: f32,
+    /// Initial standard deviation of the shifts (x, y, z), m.
+    pub translation_std: [f32; 3],
+    /// Initial standard deviation of the axis-angle turns (x, y, z), rad.
+    pub rotation_std: [f32; 3],
+    /// Added to every updated standard deviation, m and rad.
+    pub std_epsilon: f32,
+    /// No standard deviation falls below this share of its initial value.
+    pub std_floor: f32,
+    /// At the start of an episode after the first, no standard deviation is below this share of its initial value.
+    pub restart_std: f32,
+    /// A group is done when its best energy falls below this.
+    pub stop_energy: f32,
+    /// A group's episode is done when the best energy has improved by less than 0.1 % in so many iterations; 0: never.
+    pub patience: u32,
+}
+
+impl Default for CemSettings {
+    fn default() -> Self {
+        Self {
+            candidates: 2048,
+            iterations: 15,
+            episodes: 2,
+            elite_fraction: 0.025,
+            translation_std: [0.05, 0.005, 0.05],
+            rotation_std: [0.005, 0.05, 0.005],
+            std_epsilon: 1e-5,
+            std_floor: 0.0,
+            restart_std: 0.0,
+            stop_energy: 0.01,
+            patience: 0,
+        }
+    }
+}
+
+impl CemSettings {
+    /// ⌈ρK⌉, at least 1 and at most K. ρ is read as the decimal that the user wrote: 0.025 · 2048 gives 52, 0.1 · 10 gives 1.
+    pub fn elite_count(&self) -> u32 {
+        let share = f64::from(self.elite_fraction) * f64::from(self.candidates);
+        ((share - 1e-4).ceil().max(1.0) as u32).min(self.candidates)
+    }
+}

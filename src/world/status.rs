@@ -1,0 +1,42 @@
+//! What went wrong in one candidate's simulation: a bitmask whose every bit names its remedy.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Bits set while a candidate is simulated; 0 is a clean run.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Status(pub u32);
+
+impl Status {
+    /// More overlapping hull pairs than `Capacities::hull_pairs`.
+    pub const HULL_PAIRS: Self = Self(1);
+    /// More contact points than `Capacities::contacts`.
+    pub const CONTACTS: Self = Self(2);
+    /// A pose or velocity became NaN or infinite.
+    pub const NOT_FINITE: Self = Self(4);
+    /// The narrow phase gave up on a hull pair within its iteration limit.
+    pub const ITERATIONS: Self = Self(8);
+
+    /// Every bit with its name and remedy, for reports.
+    pub const NAMES: [(Self, &'static str); 4] = [
+        (Self::HULL_PAIRS, "hull pairs over capacity"),
+        (Self::CONTACTS, "contacts over capacity"),
+        (Self::NOT_FINITE, "not finite"),
+        (Self::ITERATIONS, "narrow phase out of iterations"),
+    ];
+
+    /// Sets the bits of `other`.
+    pub fn insert(&mut self, other: Self) {
+        self.0 |= other.0;
+    }
+
+    /// True if any bit of `other` is set.
+    pub fn intersects(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    /// True if the result is whole: energies of other candidates are +∞ and never win.
+    pub fn is_usable(self) -> bool {
+        !self.intersects(Self(Self::HULL_PAIRS.0 | Self::CONTACTS.0 | Self::NOT_FINITE.0))
+    }
+}
