@@ -1,1 +1,1 @@
-
+//! From a mesh to convex parts, mass, centre of mass and inertia.

@@ -1,0 +1,129 @@
+//! What a run tells while it goes and what it leaves.
+
+use crate::scene::Pose;
+use crate::world::{Energy, Flow, IterationStats, Status};
+
+/// Told to the observer during a run.
+#[derive(Clone, Debug)]
+pub enum Event<'a> {
+    /// The run's shape, before the first group.
+    Plan {
+        /// Names of the groups in the order in which they are searched; the last is the global stage.
+        groups: &'a [String],
+        /// Candidate simulations if nothing stops early, by group.
+        candidates: &'a [u64],
+        /// One-line memory plan.
+        memory: &'a str,
+    },
+    /// After every iteration.
+    Iteration {
+        /// Index of the group in the plan.
+        group: usize,
+        /// Iterations of this group if nothing stops early.
+        iterations: u32,
+        /// Its numbers.
+        stats: &'a IterationStats,
+    },
+    /// A group is done; the checkpoint may be written now.
+    GroupDone {
+        /// Index of the group in the plan.
+        group: usize,
+        /// Everything needed to go on from here.
+        checkpoint: &'a super::Checkpoint,
+    },
+    /// The winner settles to rest.
+    Settling,
+    /// The result is checked.
+    Verifying,
+}
+
+/// Watches a run; `Flow::Stop` ends it after the current iteration with the best layout so far.
+pub trait Observer {
+    /// Called for every event.
+    fn event(&mut self, event: Event<'_>) -> Flow;
+}
+
+/// One line of `energy.csv`.
+#[derive(Clone, Debug)]
+pub struct IterationRecord {
+    /// Index of the group.
+    pub group: usize,
+    /// Its numbers.
+    pub stats: IterationStats,
+}
+
+/// One searched group.
+#[derive(Clone, Debug)]
+pub struct GroupRecord {
+    /// Its name: the root object's, or `global`.
+    pub name: String,
+    /// Names of the unit roots that were adjusted.
+    pub units: Vec<String>,
+    /// Best energy; `None` if every candidate failed.
+    pub best: Option<Energy>,
+    /// Iteration and index of the best candidate, for a replay.
+    pub winner: Option<(u32, u32)>,
+    /// Candidates with each status bit, summed over the iterations.
+    pub flagged: [u64; Status::NAMES.len()],
+    /// s.
+    pub seconds: f64,
+}
+
+/// What became of one object.
+#[derive(Clone, Debug)]
+pub struct ObjectOutcome {
+    /// Final pose, Y up, m.
+    pub pose: Pose,
+    /// False for what was held: walls, ceilings, unmovable objects and their kin.
+    pub simulated: bool,
+    /// Distance of the centre of mass from its input place, m.
+    pub moved: f64,
+    /// Angle from its input rotation, rad.
+    pub turned: f64,
+    /// Turned by more than 30° from its input.
+    pub fallen: bool,
+    /// True if its declared support no longer bears it at the end.
+    pub lost_support: bool,
+    /// Distance moved during the check, m.
+    pub drift: f64,
+    /// Angle turned during the check, rad.
+    pub drift_turn: f64,
+    /// Peak speed during the check, m/s.
+    pub peak_speed: f64,
+    /// Peak angular speed during the check, rad/s.
+    pub peak_spin: f64,
+    /// Drift and turn within the limits of `VerifySettings`.
+    pub stable: bool,
+}
+
+/// Wall time by stage, s.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Timings {
+    /// Local groups.
+    pub local: f64,
+    /// Global stage.
+    pub global: f64,
+    /// Settling.
+    pub settle: f64,
+    /// Check.
+    pub verify: f64,
+}
+
+/// The result of a run.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// In the scene's order.
+    pub objects: Vec<ObjectOutcome>,
+    /// Searched groups in order.
+    pub groups: Vec<GroupRecord>,
+    /// All iterations in order.
+    pub iterations: Vec<IterationRecord>,
+    /// False if it was stopped before the end: the best layout so far.
+    pub finished: bool,
+    /// Wall time.
+    pub timings: Timings,
+    /// Time that settling took in the simulation, s, and whether it came to rest.
+    pub settled_after: f64,
+    /// True if everything came to rest while settling.
+    pub at_rest: bool,
+}
