@@ -31,11 +31,12 @@ pub(super) fn search(
     let mut search = backend.search(world, settings, stream)?;
     let mut flagged = [0; Status::NAMES.len()];
     let mut stopped = false;
+    let mut patience = Patience { limit: cem.patience, mark: f32::INFINITY, stale: 0 };
     'episodes: for episode in 0..cem.episodes {
         if episode > 0 {
             widen(search.as_mut(), cem);
         }
-        let mut patience = Patience::new(cem.patience);
+        patience.stale = 0;
         for _ in 0..cem.iterations {
             let stats = search.iterate()?;
             for (sum, count) in flagged.iter_mut().zip(stats.flagged) {
@@ -71,10 +72,6 @@ struct Patience {
 }
 
 impl Patience {
-    fn new(limit: u32) -> Self {
-        Self { limit, mark: f32::INFINITY, stale: 0 }
-    }
-
     fn is_over(&mut self, best: &Energy) -> bool {
         if best.total < self.mark * (1.0 - IMPROVEMENT) {
             self.mark = best.total;

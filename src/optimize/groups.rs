@@ -83,7 +83,7 @@ pub(super) fn plan(scene: &Scene) -> Vec<Group> {
     let mut groups = Vec::new();
     for held in scene.post_order() {
         let children = scene.children(held);
-        if !children.iter().any(|child| movable(child)) {
+        if !children.iter().any(movable) {
             continue;
         }
         let mut group = Group::new(&scene.objects[held].name, Some(held));
