@@ -2,11 +2,18 @@
 
 mod broad_phase;
 mod contacts;
+pub mod elites;
+pub mod energy;
+pub mod moments;
 #[allow(missing_docs)]
 pub mod narrow_phase;
+pub mod place;
+pub mod sample;
+pub mod search;
 mod simulate;
 mod solve;
 
+pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
 
 use crate::world::{
@@ -38,9 +45,9 @@ impl Backend for CpuBackend {
         let narrow = Narrow::new(settings.narrow_phase, &world.hulls);
         let mut candidates: Vec<Workspace> = starts
             .chunks_exact(bodies)
-            .map(|poses| {
+            .map(|placed| {
                 let mut workspace = Workspace::new(world);
-                workspace.poses.copy_from_slice(poses);
+                workspace.start(placed);
                 workspace
             })
             .collect();
@@ -65,10 +72,42 @@ impl Backend for CpuBackend {
 
     fn search<'a>(
         &'a self,
-        _world: &'a World,
-        _settings: &'a SearchSettings,
-        _stream: Stream,
+        world: &'a World,
+        settings: &'a SearchSettings,
+        stream: Stream,
     ) -> Result<Box<dyn Search + 'a>, BackendError> {
-        Err(BackendError::Device("joined from the search branch".into()))
+        let simulation = &settings.simulation;
+        let narrow = Narrow::new(simulation.narrow_phase, &world.hulls);
+        Ok(Box::new(CpuSearch::new(world, settings, stream, Simulator { world, simulation, narrow })))
+    }
+}
+
+/// The rollout of a candidate by this backend's kernels.
+struct Simulator<'a> {
+    world: &'a World,
+    simulation: &'a SimSettings,
+    narrow: Narrow,
+}
+
+impl Rollout for Simulator<'_> {
+    type Scratch = Workspace;
+
+    fn scratch(&self) -> Workspace {
+        Workspace::new(self.world)
+    }
+
+    fn run(&self, workspace: &mut Workspace, placed: &[Pose], record: &mut Record) -> Status {
+        let Self { world, simulation, narrow } = self;
+        workspace.start(placed);
+        workspace.measure_depths(world, narrow, &mut record.depths_placed);
+        for step in 0..simulation.steps {
+            workspace.step(world, simulation, narrow);
+            if step + 1 == simulation.snapshot_step {
+                record.snapshot.copy_from_slice(&workspace.velocities);
+            }
+        }
+        workspace.measure_depths(world, narrow, &mut record.depths_settled);
+        record.settled.copy_from_slice(&workspace.poses);
+        workspace.status
     }
 }

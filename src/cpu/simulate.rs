@@ -17,8 +17,6 @@ pub struct Workspace {
     pub velocities: Vec<Velocity>,
     /// What went wrong since `start`.
     pub status: Status,
-    /// Deepest overlap of each body pair of `World::pairs` after `measure_depths`, m.
-    pub depths: Vec<f32>,
     /// Slot sizes; they grow when a candidate needs more.
     capacities: Capacities,
     broad: BroadPhase,
@@ -41,7 +39,6 @@ impl Workspace {
             poses: world.start.clone(),
             velocities: vec![Velocity::default(); world.bodies.len()],
             status: Status::default(),
-            depths: vec![0.0; world.pairs.len()],
             capacities: world.capacities,
             broad: BroadPhase::default(),
             pairs: Vec::with_capacity(hull_pairs as usize),
@@ -56,8 +53,9 @@ impl Workspace {
         }
     }
 
-    /// Forgets the last candidate: zero velocity, no contacts. Poses are the caller's to set.
-    pub fn start(&mut self) {
+    /// Forgets the last candidate: the bodies are at rest at `placed`, nothing touches yet.
+    pub fn start(&mut self, placed: &[Pose]) {
+        self.poses.copy_from_slice(placed);
         self.velocities.fill(Velocity::default());
         self.status = Status::default();
         self.pairs.clear();
@@ -178,15 +176,15 @@ impl Workspace {
         }
     }
 
-    /// Measures the deepest overlap of the parts of each body pair at the present poses.
-    pub fn measure_depths(&mut self, world: &World, narrow: &Narrow) {
+    /// Measures the deepest overlap of the parts of each pair of `World::pairs` at the present poses, m.
+    pub fn measure_depths(&mut self, world: &World, narrow: &Narrow, depths: &mut [f32]) {
         self.broad.update(world, &self.poses, &self.velocities, 0.0, 0.0);
         self.list_pairs(world, Some(0.0));
-        self.depths.fill(0.0);
+        depths.fill(0.0);
         for &HullPair { pair, a, b } in &self.pairs {
             let [pose_a, pose_b] = world.pairs[pair as usize].map(|i| self.poses[i as usize]);
             let depth = narrow.depth(&world.hulls, a as usize, &pose_a, b as usize, &pose_b);
-            let deepest = &mut self.depths[pair as usize];
+            let deepest = &mut depths[pair as usize];
             *deepest = deepest.max(depth);
         }
         // The list holds other margins' pairs now: it must not be taken for the last substep's.
