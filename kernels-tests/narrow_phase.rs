@@ -36,7 +36,13 @@ impl Random {
 
 fn cuboid(half: Vec3) -> Vec<Vec3> {
     (0..8)
-        .map(|i| half * Vec3::new(if i & 1 > 0 { 1.0 } else { -1.0 }, if i & 2 > 0 { 1.0 } else { -1.0 }, if i & 4 > 0 { 1.0 } else { -1.0 }))
+        .map(|i| {
+            half * Vec3::new(
+                if i & 1 > 0 { 1.0 } else { -1.0 },
+                if i & 2 > 0 { 1.0 } else { -1.0 },
+                if i & 4 > 0 { 1.0 } else { -1.0 },
+            )
+        })
         .collect()
 }
 
@@ -77,30 +83,116 @@ fn explore() {
         let mut tables = HullTables::default();
         tables.push(&random_hull(&mut random));
         tables.push(&random_hull(&mut random));
-        if tables.hulls.len() < 2 { continue; }
+        if tables.hulls.len() < 2 {
+            continue;
+        }
         let twin = Separator::new(NarrowPhase::Twin, &tables);
         let reference = Separator::new(NarrowPhase::Reference, &tables);
         let r = tables.hulls[0].radius + tables.hulls[1].radius;
         let small = tables.hulls[0].radius.min(tables.hulls[1].radius);
         let base = random.vector() * 2.0;
         let mode = random.below(3);
-        let d = match mode { 0 => r * 0.9, 1 => r * 0.3, _ => 0.5 * small };
+        let d = match mode {
+            0 => r * 0.9,
+            1 => r * 0.3,
+            _ => 0.5 * small,
+        };
         let pa = Pose::new(random.rotation(), base);
         let pb = Pose::new(random.rotation(), base + random.vector().normalize() * random.between(0.0, 1.0) * d);
         let pair = HullPair { tables: &tables, hulls: [0, 1], poses: [&pa, &pb] };
         n += 1;
-        if (Reference.first_attempt_fails(&pair, 0.01)) { fails += 1; }
+        if (Reference.first_attempt_fails(&pair, 0.01)) {
+            fails += 1;
+        }
         let t = twin.separation(&pair, 0.01, &mut PairCache::default());
         let e = reference.separation(&pair, 0.01, &mut PairCache::default());
         let dt = twin.depth(&pair, 0.0);
         let de = reference.depth(&pair, 0.0);
-        if e.is_none() { sep += 1; }
-        if e.is_none() && t.is_some() { hist[9] += 1; }
-        if e.is_some() && t.is_none() { hist[10] += 1; eprintln!("twin none, ref {:?}", e); }
+        if e.is_none() {
+            sep += 1;
+        }
+        if e.is_none() && t.is_some() {
+            hist[9] += 1;
+        }
+        if e.is_some() && t.is_none() {
+            hist[10] += 1;
+            eprintln!("twin none, ref {:?}", e);
+        }
+        if dt > de + 1e-3 * small && de > 0.0 {
+            // brute force over all edges and faces
+            let verts = |k: usize| -> Vec<Vec3> {
+                tables.vertices_of(&tables.hulls[k]).iter().map(|v| pair.poses[k].point(v.truncate())).collect()
+            };
+            let (va, vb) = (verts(0), verts(1));
+            let along = |n: Vec3| {
+                vb.iter().map(|v| n.dot(*v)).fold(f32::INFINITY, f32::min)
+                    - va.iter().map(|v| n.dot(*v)).fold(f32::NEG_INFINITY, f32::max)
+            };
+            let edges = |k: usize| tables.edges_of(&tables.hulls[k]).to_vec();
+            let mut best = (f32::NEG_INFINITY, 0, 0, Vec3::ZERO);
+            for (i, e) in edges(0).iter().enumerate() {
+                for (j, f) in edges(1).iter().enumerate() {
+                    let u = va[e.vertices[1] as usize] - va[e.vertices[0] as usize];
+                    let v = vb[f.vertices[1] as usize] - vb[f.vertices[0] as usize];
+                    let n = u.cross(v).normalize_or_zero();
+                    for n in [n, -n] {
+                        if n != Vec3::ZERO && along(n) > best.0 {
+                            best = (along(n), i, j, n);
+                        }
+                    }
+                }
+            }
+            let mut bf = f32::NEG_INFINITY;
+            for k in 0..2 {
+                for f in tables.faces_of(&tables.hulls[k]) {
+                    let n = pair.poses[k].rotation * f.normal();
+                    bf = bf.max(along(n)).max(along(-n));
+                }
+            }
+            let (e, f) = (edges(0)[best.1], edges(1)[best.2]);
+            let na = e.faces.map(|i| pair.poses[0].rotation * tables.faces_of(&tables.hulls[0])[i as usize].normal());
+            let nb = f.faces.map(|i| pair.poses[1].rotation * tables.faces_of(&tables.hulls[1])[i as usize].normal());
+            let (v, w) = (
+                va[e.vertices[1] as usize] - va[e.vertices[0] as usize],
+                vb[f.vertices[1] as usize] - vb[f.vertices[0] as usize],
+            );
+            let all: Vec<Vec<f32>> = (0..2)
+                .map(|k| {
+                    let h = &tables.hulls[k];
+                    tables.faces_of(h).iter().map(|f| tables.corners_of(f).len() as f32).collect()
+                })
+                .collect();
+            eprintln!(
+                "twin {dt} ref {de} brute edges {best:?} faces {bf} V {} {} E {} {} F {} {} | c.v {} d.v {} a.w {} b.w {}  n.a {:?} n.b {:?} {:?}",
+                va.len(),
+                vb.len(),
+                edges(0).len(),
+                edges(1).len(),
+                tables.hulls[0].face_count,
+                tables.hulls[1].face_count,
+                nb[0].dot(v.normalize()),
+                nb[1].dot(v.normalize()),
+                na[0].dot(w.normalize()),
+                na[1].dot(w.normalize()),
+                na.map(|n| n.dot(best.3)),
+                nb.map(|n| n.dot(best.3)),
+                all.iter().map(|c| c.iter().copied().filter(|c| *c < 3.0).count()).collect::<Vec<_>>()
+            );
+        }
         let err = (dt - de).abs() / small.max(0.01);
-        if err > 1e-3 { eprintln!("mode {mode} twin {dt} ref {de} r {:?} v {:?}\n  {e:?}\n  {t:?}", tables.hulls.iter().map(|h| h.radius).collect::<Vec<_>>(), tables.hulls.iter().map(|h| h.vertex_count).collect::<Vec<_>>()); }
+        if err > 1e-3 {
+            eprintln!(
+                "mode {mode} twin {dt} ref {de} r {:?} v {:?}\n  {e:?}\n  {t:?}",
+                tables.hulls.iter().map(|h| h.radius).collect::<Vec<_>>(),
+                tables.hulls.iter().map(|h| h.vertex_count).collect::<Vec<_>>()
+            );
+        }
         let k = ((-err.max(1e-9).log10()) as i32).clamp(0, 8) as usize;
         hist[k] += 1;
+        if dt < de - 1e-4 * small {
+            hist[11] += 1;
+            eprintln!("parry deeper: {dt} {de} small {small} {e:?}\n {t:?}");
+        }
         worst = worst.max(err);
     }
     eprintln!("pairs {n} parry first fails {fails} apart {sep} worst {worst} hist {hist:?}");

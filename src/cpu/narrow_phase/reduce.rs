@@ -53,7 +53,8 @@ pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3, 
     };
     // Equal depths are decided by the position across the normal, so that rounding does not move the first choice.
     let depth = best(&|i| -point(i).1, 0.0).1;
-    let first = best(&|i| if -point(i).1 >= depth - CLIP_TOLERANCE { flat(i).dot(FIRST) } else { f32::NEG_INFINITY }, 0.0).0;
+    let first =
+        best(&|i| if -point(i).1 >= depth - CLIP_TOLERANCE { flat(i).dot(FIRST) } else { f32::NEG_INFINITY }, 0.0).0;
     chosen.insert(0, first);
     let origin = flat(first);
     let (second, reach) = best(&|i| flat(i).distance(origin), CLIP_TOLERANCE);

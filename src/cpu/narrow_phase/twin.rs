@@ -112,7 +112,8 @@ impl<'a> Frame<'a> {
     /// Separation along a unit axis, from all vertices.
     fn along(&self, axis: Vec3) -> f32 {
         let axis_b = self.rotation.transpose() * axis;
-        lowest(self.tables.vertices_of(self.b), axis_b) + axis.dot(self.shift)
+        lowest(self.tables.vertices_of(self.b), axis_b)
+            + axis.dot(self.shift)
             + lowest(self.tables.vertices_of(self.a), -axis)
     }
 
@@ -130,7 +131,8 @@ impl<'a> Frame<'a> {
                 let axis = if axis.dot(p - self.a.center) < 0.0 { -axis } else { axis };
                 let between = axis.dot(self.rotation * q + self.shift - p);
                 let distance = self.along(axis);
-                let supported = between - distance <= LINEAR_SLOP && cross.length_squared() > PARALLEL_SINE * PARALLEL_SINE;
+                let supported =
+                    between - distance <= LINEAR_SLOP && cross.length_squared() > PARALLEL_SINE * PARALLEL_SINE;
                 return supported.then_some(Axis { distance, normal: axis, feature });
             }
             Feature::Points { .. } => return None,
@@ -161,7 +163,8 @@ impl<'a> Frame<'a> {
         let center_b = self.rotation * self.b.center + self.shift;
 
         let mut heights_a = [Vec4::ZERO; PLANE_GROUPS];
-        let (mut best, index) = best_face(planes_a, vertices_b, center_b, self.b.inner_radius, floor, stop, &mut heights_a);
+        let (mut best, index) =
+            best_face(planes_a, vertices_b, center_b, self.b.inner_radius, floor, stop, &mut heights_a);
         let mut feature = index.map(Feature::FaceA);
         if best > stop {
             return Err(Apart(Feature::FaceA(index.unwrap_or(0))));
@@ -220,9 +223,8 @@ impl<'a> Frame<'a> {
             let left_b = Lanes::gather(|k| normal_b(pick(k).faces[0]));
             let right_b = Lanes::gather(|k| normal_b(pick(k).faces[1]));
             let start_b = Lanes::gather(|k| vertex_b(pick(k).vertices[0]));
-            let edge_b = Lanes::gather(|k| {
-                (vertex_b(pick(k).vertices[1]) - vertex_b(pick(k).vertices[0])).normalize_or_zero()
-            });
+            let edge_b =
+                Lanes::gather(|k| (vertex_b(pick(k).vertices[1]) - vertex_b(pick(k).vertices[0])).normalize_or_zero());
             for &i in list_a {
                 let edge = &edges_a[i as usize];
                 let (start, direction) = self.edge(0, edge);

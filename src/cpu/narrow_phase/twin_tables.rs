@@ -55,11 +55,7 @@ impl Lanes {
     /// `v` × each vector.
     #[inline(always)]
     pub fn crossed_by(&self, v: Vec3) -> Self {
-        Self {
-            x: self.z * v.y - self.y * v.z,
-            y: self.x * v.z - self.z * v.x,
-            z: self.y * v.x - self.x * v.y,
-        }
+        Self { x: self.z * v.y - self.y * v.z, y: self.x * v.z - self.z * v.x, z: self.y * v.x - self.x * v.y }
     }
 
     /// Vector of one lane.
@@ -136,9 +132,10 @@ impl TwinTables {
                 });
             }
             out.edge_cosines.extend(
-                tables.edges_of(hull).iter().map(|e| {
-                    faces[e.faces[0] as usize].normal().dot(faces[e.faces[1] as usize].normal())
-                }),
+                tables
+                    .edges_of(hull)
+                    .iter()
+                    .map(|e| faces[e.faces[0] as usize].normal().dot(faces[e.faces[1] as usize].normal())),
             );
         }
         out
