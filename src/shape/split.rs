@@ -47,13 +47,20 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
             done.push(piece);
             break;
         }
-        match best_cut(&piece, solid, up) {
-            Some((normal, offset)) => {
+        let sides: Vec<Piece> = best_cut(&piece, solid, up)
+            .map(|(normal, offset)| {
                 let (below, above) = clip(&piece.triangles, normal, offset);
-                let sides = [below, above].into_iter().flat_map(|side| connected(side, solid, normal, offset));
-                pieces.extend(sides.filter_map(|side| Piece::new(side, solid)));
-            }
-            None => done.push(piece),
+                [below, above]
+                    .into_iter()
+                    .flat_map(|side| connected(side, solid, normal, offset))
+                    .filter_map(|side| Piece::new(side, solid))
+                    .collect()
+            })
+            .unwrap_or_default();
+        if sides.len() < 2 {
+            done.push(piece);
+        } else {
+            pieces.extend(sides);
         }
     }
     done.extend(pieces);
