@@ -4,8 +4,8 @@
 //! simulates) → `cpu` (the simulator) → `optimize` (the search) → `report`. Nothing below `commands` prints.
 
 pub mod cpu;
-// pub mod optimize;
-// pub mod report;
+pub mod optimize;
+pub mod report;
 pub mod scene;
 pub mod shape;
 pub mod world;
