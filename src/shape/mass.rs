@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3, Mat3, Quat, Vec3};
 /// Points in each part at which its overlap with the others is measured.
 const SAMPLES: usize = 600;
 /// Products of inertia below this share of the largest moment are noise: such a body keeps the mesh's axes.
-const ALIGNED: f64 = 2e-3;
+const ALIGNED: f64 = 1e-2;
 
 /// Mass and how it is spread.
 #[derive(Clone, Debug, PartialEq)]

@@ -74,7 +74,9 @@ pub(super) fn merge(pieces: &[Piece], solid: &Solid, budget: usize, free: f32) -
     }
     let mut groups: Vec<Group> = groups.into_iter().flatten().collect();
     for _ in 0..SWEEPS {
-        if !exchange(&mut groups, &bulge) {
+        let moved = exchange(&mut groups, &bulge);
+        let regrouped = regroup(&mut groups, &bulge, free);
+        if !moved && !regrouped {
             break;
         }
     }
@@ -116,4 +118,80 @@ fn exchange(groups: &mut [Group], bulge: &dyn Fn(&mut dyn Iterator<Item = usize>
         }
     }
     moved
+}
+
+/// Joins two groups to divide a third one while that lowers the total. False if it never did.
+fn regroup(groups: &mut Vec<Group>, bulge: &dyn Fn(&mut dyn Iterator<Item = usize>) -> f32, free: f32) -> bool {
+    let mut halves: Vec<Option<[Group; 2]>> = groups.iter().map(|g| halve(g, bulge)).collect();
+    let joined = |a: &Group, b: &Group| bulge(&mut a.members.iter().chain(&b.members).copied());
+    let mut join: Vec<Vec<f32>> =
+        (0..groups.len()).map(|i| (0..i).map(|j| joined(&groups[i], &groups[j])).collect()).collect();
+    let mut changed = false;
+    for _ in 0..groups.len() {
+        let mut best: Option<(f32, usize, usize, usize)> = None;
+        for (divided, pair) in halves.iter().enumerate() {
+            let Some(pair) = pair else { continue };
+            let saved = groups[divided].bulge - pair[0].bulge - pair[1].bulge;
+            for i in (0..groups.len()).filter(|i| *i != divided) {
+                for j in (0..i).filter(|j| *j != divided) {
+                    let gain = saved - (join[i][j] - groups[i].bulge - groups[j].bulge);
+                    if gain > free && best.is_none_or(|b| gain > b.0) {
+                        best = Some((gain, divided, i, j));
+                    }
+                }
+            }
+        }
+        let Some((_, divided, i, j)) = best else { break };
+        let Some([left, right]) = halves[divided].take() else { break };
+        let union = Group { members: [&groups[j].members[..], &groups[i].members[..]].concat(), bulge: join[i][j] };
+        for (at, group) in [(divided, left), (j, union), (i, right)] {
+            groups[at] = group;
+        }
+        for at in [divided, i, j] {
+            halves[at] = halve(&groups[at], bulge);
+            for k in (0..groups.len()).filter(|k| *k != at) {
+                join[at.max(k)][at.min(k)] = joined(&groups[at], &groups[k]);
+            }
+        }
+        changed = true;
+    }
+    changed
+}
+
+/// The group as two: grown from the two members that are worst together, each other member where it adds least.
+fn halve(group: &Group, bulge: &dyn Fn(&mut dyn Iterator<Item = usize>) -> f32) -> Option<[Group; 2]> {
+    let members = &group.members;
+    if members.len() < 2 || group.bulge <= 0.0 {
+        return None;
+    }
+    let alone: Vec<f32> = members.iter().map(|&m| bulge(&mut std::iter::once(m))).collect();
+    let mut worst = (f32::NEG_INFINITY, 0, 1);
+    for i in 0..members.len() {
+        for j in 0..i {
+            let added = bulge(&mut [members[i], members[j]].into_iter()) - alone[i] - alone[j];
+            if added > worst.0 {
+                worst = (added, i, j);
+            }
+        }
+    }
+    let mut halves = [worst.1, worst.2].map(|i| Group { members: vec![members[i]], bulge: alone[i] });
+    let mut rest: Vec<usize> =
+        (0..members.len()).filter(|i| *i != worst.1 && *i != worst.2).map(|i| members[i]).collect();
+    while !rest.is_empty() {
+        // The member whose choice is clearest goes first.
+        let mut best: Option<(f32, usize, usize, f32)> = None;
+        for (at, &m) in rest.iter().enumerate() {
+            let with = [0, 1].map(|h: usize| bulge(&mut halves[h].members.iter().copied().chain([m])));
+            let added = [0, 1].map(|h: usize| with[h] - halves[h].bulge);
+            let side = usize::from(added[1] < added[0]);
+            let clear = added[1 - side] - added[side];
+            if best.is_none_or(|b| clear > b.0) {
+                best = Some((clear, at, side, with[side]));
+            }
+        }
+        let (_, at, side, with) = best?;
+        halves[side].members.push(rest.remove(at));
+        halves[side].bulge = with;
+    }
+    Some(halves)
 }

@@ -89,7 +89,9 @@ pub struct ShapeSettings {
     pub cells: usize,
     /// Pieces are cut for each part of the budget, before merging.
     pub oversplit: f32,
-    /// Share of the whole hull's bulge below which a piece is not cut any more, nor a merge avoided.
+    /// Most pieces before merging.
+    pub max_pieces: usize,
+    /// Depth of a layer of free space, spread over the whole object, that is not worth more parts, m.
     pub accuracy: f32,
     /// Meshes of more connected components are only cut as a whole.
     pub max_components: usize,
@@ -106,7 +108,8 @@ impl Default for ShapeSettings {
         Self {
             cells: 400_000,
             oversplit: 4.0,
-            accuracy: 1e-5,
+            max_pieces: 72,
+            accuracy: 1e-3,
             max_components: 128,
             soft_vertices: 32,
             max_vertices: 64,

@@ -74,7 +74,7 @@ impl Solid {
     }
 
     /// Number of cells.
-    pub fn len(&self) -> usize {
+    pub fn cells(&self) -> usize {
         self.inside.len()
     }
 
@@ -82,6 +82,14 @@ impl Solid {
     pub fn index(&self, point: Vec3) -> usize {
         let at = (point - self.origin) / self.cell;
         self.flat([0, 1, 2].map(|i| (at[i].max(0.0) as usize).min(self.size[i] - 1)))
+    }
+
+    /// The cells whose centres lie in a box.
+    pub fn cells_within(&self, low: Vec3, high: Vec3) -> impl Iterator<Item = usize> + use<'_> {
+        let first = ((low - self.origin) / self.cell - 0.5).ceil().max(Vec3::ZERO);
+        let last = ((high - self.origin) / self.cell - 0.5).floor();
+        let range = move |i: usize| first[i] as usize..((last[i] + 1.0).max(0.0) as usize).min(self.size[i]);
+        range(2).flat_map(move |z| range(1).flat_map(move |y| range(0).map(move |x| self.flat([x, y, z]))))
     }
 
     /// Centre of a cell.
@@ -158,29 +166,42 @@ impl Solid {
             let last = ((high[axis] - self.origin[axis]) / self.cell - 0.5).floor().max(-1.0) as isize;
             first..((last + 1).max(0) as usize).min(self.size[axis])
         };
-        let length = self.size[a] as f32;
-        // Planes in cell units: na · x ≤ d − nb · y − nc · z, with the coordinates in cells from the origin.
-        let planes: Vec<[f32; 4]> =
-            hull.planes.iter().map(|n| [n[a], n[b], n[c], (n.w - n.truncate().dot(self.origin)) / self.cell]).collect();
+        // Every plane bounds x by k0 + k1 · y + k2 · z, from above or below, all in cells.
+        let (mut above, mut below, mut across) = (Vec::new(), Vec::new(), Vec::new());
+        for n in &hull.planes {
+            let d = (n.w - n.truncate().dot(self.origin)) / self.cell;
+            if n[a].abs() <= 1e-5 {
+                across.push([d, -n[b], -n[c]]);
+            } else {
+                let k = [d / n[a], -n[b] / n[a], -n[c] / n[a]];
+                if n[a] > 0.0 { above.push(k) } else { below.push(k) }
+            }
+        }
+        let rows = range(b);
+        let first = rows.start as f32 + 0.5;
+        let (mut from, mut to) = (vec![0.0_f32; rows.len()], vec![0.0_f32; rows.len()]);
         for z in range(c) {
-            for y in range(b) {
-                let (fy, fz) = (y as f32 + 0.5, z as f32 + 0.5);
-                let (mut from, mut to) = (0.0_f32, length);
-                for n in &planes {
-                    let rest = n[3] - n[1] * fy - n[2] * fz;
-                    if n[0] > 1e-6 {
-                        to = to.min(rest / n[0]);
-                    } else if n[0] < -1e-6 {
-                        from = from.max(rest / n[0]);
-                    } else if rest < 0.0 {
-                        to = -1.0;
-                    }
-                    if to <= from {
-                        break;
-                    }
-                }
-                if to > from {
-                    visit((z * self.size[b] + y) * (self.size[a] + 1), from, to);
+            let fz = z as f32 + 0.5;
+            from.fill(0.0);
+            to.fill(self.size[a] as f32);
+            // Straight loops over a row, so that the compiler can use wide instructions.
+            for k in &above {
+                let start = k[0] + k[2] * fz + k[1] * first;
+                to.iter_mut().enumerate().for_each(|(i, t)| *t = t.min(start + k[1] * i as f32));
+            }
+            for k in &below {
+                let start = k[0] + k[2] * fz + k[1] * first;
+                from.iter_mut().enumerate().for_each(|(i, f)| *f = f.max(start + k[1] * i as f32));
+            }
+            for k in &across {
+                let start = k[0] + k[2] * fz + k[1] * first;
+                to.iter_mut()
+                    .enumerate()
+                    .for_each(|(i, t)| *t = if start + k[1] * (i as f32) < 0.0 { -1.0 } else { *t });
+            }
+            for (i, y) in rows.clone().enumerate() {
+                if to[i] > from[i] {
+                    visit((z * self.size[b] + y) * (self.size[a] + 1), from[i], to[i]);
                 }
             }
         }
