@@ -19,7 +19,7 @@ struct Group {
 /// Distributes the pieces over at most `budget` groups; pairs that add less than `free` (m⁴) are joined in any case.
 /// Returns the member numbers of every group and the sum of their bulges (m⁴).
 pub(super) fn merge(pieces: &[Piece], solid: &Solid, budget: usize, free: f32) -> (Vec<Vec<usize>>, f32) {
-    let probes = directions(58);
+    let probes = directions(42);
     let points: Vec<Vec<Vec3>> = pieces.iter().map(|p| outline(&p.hull, &probes)).collect();
     let bulge = |members: &mut dyn Iterator<Item = usize>| {
         let all: Vec<Vec3> = members.flat_map(|m| points[m].iter().copied()).collect();
@@ -28,17 +28,25 @@ pub(super) fn merge(pieces: &[Piece], solid: &Solid, budget: usize, free: f32) -
     let mut groups: Vec<Option<Group>> =
         (0..pieces.len()).map(|i| Some(Group { members: vec![i], bulge: bulge(&mut std::iter::once(i)) })).collect();
     let joined = |a: &Group, b: &Group| bulge(&mut a.members.iter().chain(&b.members).copied());
-    // cost[i][j], i > j: what joining adds.
-    let mut cost: Vec<Vec<f32>> = (0..groups.len())
-        .map(|i| {
-            (0..i)
-                .map(|j| match (&groups[i], &groups[j]) {
-                    (Some(a), Some(b)) => joined(a, b) - a.bulge - b.bulge,
-                    _ => f32::INFINITY,
-                })
-                .collect()
-        })
-        .collect();
+    // cost[i][j], i > j: what joining adds. Distant pieces are not tried until nothing else is left.
+    let near = Near::new(pieces, solid.cell());
+    let added = |a: &Group, b: &Group, far: bool| {
+        if far || near.groups(a, b) { joined(a, b) - a.bulge - b.bulge } else { f32::INFINITY }
+    };
+    let all = |groups: &[Option<Group>], far: bool| -> Vec<Vec<f32>> {
+        (0..groups.len())
+            .map(|i| {
+                (0..i)
+                    .map(|j| match (&groups[i], &groups[j]) {
+                        (Some(a), Some(b)) => added(a, b, far),
+                        _ => f32::INFINITY,
+                    })
+                    .collect()
+            })
+            .collect()
+    };
+    let mut cost = all(&groups, false);
+    let mut far = false;
     let mut left = groups.len();
     while left > 1 {
         let mut best = (f32::INFINITY, 0, 0);
@@ -49,14 +57,22 @@ pub(super) fn merge(pieces: &[Piece], solid: &Solid, budget: usize, free: f32) -
                 }
             }
         }
-        let (added, i, j) = best;
-        if !added.is_finite() || (left <= budget && added > free) {
+        let (least, i, j) = best;
+        if left <= budget && least > free {
             break;
+        }
+        if !least.is_finite() {
+            if far {
+                break;
+            }
+            far = true;
+            cost = all(&groups, far);
+            continue;
         }
         let (Some(a), Some(b)) = (groups[i].take(), groups[j].take()) else {
             break;
         };
-        let bulge = added + a.bulge + b.bulge;
+        let bulge = least + a.bulge + b.bulge;
         groups[j] = Some(Group { members: [b.members, a.members].concat(), bulge });
         left -= 1;
         for k in 0..groups.len() {
@@ -67,14 +83,13 @@ pub(super) fn merge(pieces: &[Piece], solid: &Solid, budget: usize, free: f32) -
             if k != j
                 && let (Some(a), Some(b)) = (&groups[j], &groups[k])
             {
-                let added = joined(a, b) - a.bulge - b.bulge;
-                cost[j.max(k)][j.min(k)] = added;
+                cost[j.max(k)][j.min(k)] = added(a, b, far);
             }
         }
     }
     let mut groups: Vec<Group> = groups.into_iter().flatten().collect();
     for _ in 0..SWEEPS {
-        let moved = exchange(&mut groups, &bulge);
+        let moved = exchange(&mut groups, &bulge, &near);
         let regrouped = regroup(&mut groups, &bulge, free);
         if !moved && !regrouped {
             break;
@@ -84,8 +99,29 @@ pub(super) fn merge(pieces: &[Piece], solid: &Solid, budget: usize, free: f32) -
     (groups.into_iter().map(|g| g.members).collect(), total)
 }
 
+/// Which pieces are close to each other.
+struct Near(Vec<Vec<bool>>);
+
+impl Near {
+    /// Pieces whose boxes are at most four cells apart.
+    fn new(pieces: &[Piece], cell: f32) -> Self {
+        let boxes: Vec<(Vec3, Vec3)> = pieces.iter().map(|p| p.hull.bounds()).collect();
+        let gap = Vec3::splat(4.0 * cell);
+        let meet = |a: &(Vec3, Vec3), b: &(Vec3, Vec3)| a.0.cmple(b.1 + gap).all() && b.0.cmple(a.1 + gap).all();
+        Self(boxes.iter().map(|a| boxes.iter().map(|b| meet(a, b)).collect()).collect())
+    }
+
+    fn piece(&self, piece: usize, group: &Group) -> bool {
+        group.members.iter().any(|&m| self.0[piece][m])
+    }
+
+    fn groups(&self, a: &Group, b: &Group) -> bool {
+        a.members.iter().any(|&m| self.piece(m, b))
+    }
+}
+
 /// Moves every piece to the group where it lowers the total most. False if nothing moved.
-fn exchange(groups: &mut [Group], bulge: &dyn Fn(&mut dyn Iterator<Item = usize>) -> f32) -> bool {
+fn exchange(groups: &mut [Group], bulge: &dyn Fn(&mut dyn Iterator<Item = usize>) -> f32, near: &Near) -> bool {
     let mut moved = false;
     for from in 0..groups.len() {
         let mut at = 0;
@@ -96,7 +132,7 @@ fn exchange(groups: &mut [Group], bulge: &dyn Fn(&mut dyn Iterator<Item = usize>
             let mut best = (0.0, from, 0.0);
             if saved > 0.0 {
                 for (to, group) in groups.iter().enumerate() {
-                    if to != from {
+                    if to != from && near.piece(piece, group) {
                         let with = bulge(&mut group.members.iter().copied().chain([piece]));
                         let gain = saved - (with - group.bulge);
                         if gain > best.0 {
