@@ -37,7 +37,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 1";
+const ALGORITHM: &str = "shape 2";
 /// `up` within this cosine of an axis of the mesh means that axis: input poses are tilted, meshes seldom.
 const UP_SNAP: f32 = 0.8;
 
@@ -90,7 +90,9 @@ pub struct ShapeSettings {
     pub cells: usize,
     /// Pieces are cut for each part of the budget, before merging.
     pub oversplit: f32,
-    /// Share of the whole hull's bulge below which a piece is not cut any more, nor a merge avoided.
+    /// Most pieces before merging.
+    pub max_pieces: usize,
+    /// Depth of a layer of free space, spread over the whole object, that is not worth more parts, m.
     pub accuracy: f32,
     /// Meshes of more connected components are only cut as a whole.
     pub max_components: usize,
@@ -105,9 +107,10 @@ pub struct ShapeSettings {
 impl Default for ShapeSettings {
     fn default() -> Self {
         Self {
-            cells: 400_000,
+            cells: 250_000,
             oversplit: 4.0,
-            accuracy: 1e-5,
+            max_pieces: 72,
+            accuracy: 1e-3,
             max_components: 128,
             soft_vertices: 32,
             max_vertices: 64,
