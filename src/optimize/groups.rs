@@ -82,13 +82,13 @@ pub(super) fn plan(scene: &Scene) -> Vec<Group> {
     let movable = |&object: &usize| !scene.is_static(object);
     let mut groups = Vec::new();
     for held in scene.post_order() {
-        let children = scene.children(held);
-        if !children.iter().any(movable) {
+        let children: Vec<usize> = scene.children(held).filter(movable).collect();
+        if children.is_empty() {
             continue;
         }
         let mut group = Group::new(&scene.objects[held].name, Some(held));
         group.add(held, STATIC);
-        for child in children.into_iter().filter(movable) {
+        for child in children {
             group.add_unit(scene, child);
         }
         for object in subtree(scene, held, |_| true) {
@@ -121,7 +121,7 @@ fn subtree(scene: &Scene, root: usize, enter: impl Fn(usize) -> bool) -> Vec<usi
     let mut found = vec![root];
     let mut next = 0;
     while next < found.len() {
-        found.extend(scene.children(found[next]).into_iter().filter(|&child| enter(child)));
+        found.extend(scene.children(found[next]).filter(|&child| enter(child)));
         next += 1;
     }
     found
