@@ -117,7 +117,7 @@ pub(super) fn plan(scene: &Scene) -> Vec<Group> {
 }
 
 /// An object and its descendants, parents first, without those that `enter` refuses and theirs.
-fn subtree(scene: &Scene, root: usize, enter: impl Fn(usize) -> bool) -> Vec<usize> {
+pub(super) fn subtree(scene: &Scene, root: usize, enter: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut found = vec![root];
     let mut next = 0;
     while next < found.len() {
