@@ -82,14 +82,13 @@ pub(super) fn plan(scene: &Scene) -> Vec<Group> {
     let movable = |&object: &usize| !scene.is_static(object);
     let mut groups = Vec::new();
     for held in scene.post_order() {
-        let children: Vec<usize> = scene.children(held).filter(movable).collect();
-        if children.is_empty() {
-            continue;
-        }
         let mut group = Group::new(&scene.objects[held].name, Some(held));
         group.add(held, STATIC);
-        for child in children {
+        for child in scene.children(held).filter(movable) {
             group.add_unit(scene, child);
+        }
+        if group.roots.is_empty() {
+            continue;
         }
         for object in subtree(scene, held, |_| true) {
             if !group.objects.contains(&object) {
