@@ -441,7 +441,7 @@ fn damaged_files_are_named() {
         ("long.ply", ply("3 0 1 2", "999999999999 0 1 2"), "element at index 3"),
         ("axis.ply", ply("float x", "float u"), "no x, y and z"),
         ("faceless.ply", ply("element face 4", "element fact 4"), "no triangles"),
-        ("cut.stl", stl_text().into_bytes()[..300].to_vec(), "breaks off"),
+        ("cut.stl", text("endsolid second", "", stl_text()), "breaks off"),
         ("cut_binary.stl", stl_binary(b"x")[..200].to_vec(), "4 triangles announced, 2 there"),
         ("header.stl", vec![0; 83], "header"),
         ("word.stl", text("outer loop", "inner loop", stl_text()), "line 3"),

@@ -1,7 +1,7 @@
 //! Numbers out of the buffers of a glTF file.
 //!
-//! The `gltf` crate parses the document; its own reader of accessors is not used, because it panics on damaged files
-//! (an accessor of no elements, too few sparse values, offsets that overflow). Every access here is checked.
+//! The `gltf` crate parses the document; its own reader of accessors is not used, because it adds and subtracts the
+//! file's numbers unchecked and so panics on damaged files. Every access here is checked.
 
 use super::{MAX_ELEMENTS, Source, bytes_of, error};
 use crate::shape::MeshError;
