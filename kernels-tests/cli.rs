@@ -416,9 +416,8 @@ fn objects_at_the_same_place_give_a_result() {
 
 #[test]
 fn objects_far_below_the_ground_give_a_result() {
-    let objects = (0..3).map(|i| {
-        cuboid(&format!("box {i}"), "ground", [f64::from(i), -40.0 - f64::from(i), 0.0], [0.2, 0.2, 0.2])
-    });
+    let objects = (0..3)
+        .map(|i| cuboid(&format!("box {i}"), "ground", [f64::from(i), -40.0 - f64::from(i), 0.0], [0.2, 0.2, 0.2]));
     let report = Case::new(&scene(objects.collect())).report(&TINY);
     assert_eq!(report["summary"]["simulated"], 3);
 }

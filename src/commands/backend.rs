@@ -39,12 +39,11 @@ impl BackendArgs {
                 "--adapter names a graphics adapter, but this build has no GPU backend yet; leave it out".into(),
             ));
         }
-        let threads = self.threads.map(NonZeroUsize::get);
-        if let Some(threads) = threads {
+        if let Some(threads) = self.threads {
             // Fails only if the pool was already built, which nothing before this does.
-            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
         }
-        let backend = CpuBackend::new(threads);
+        let backend = CpuBackend;
         if matches!(self.backend, Choice::Auto) {
             say(format_args!("backend: {} (this build has no GPU backend yet)", backend.describe()));
         }

@@ -51,7 +51,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = config::load(&args.config, args.candidates, args.iterations)?;
     let backend = args.backend.open()?;
-    let mut scene = Scene::read(&args.scene)?;
+    let scene = Scene::read(&args.scene)?;
     for warning in &scene.warnings {
         say(format_args!("warning: {warning}"));
     }

@@ -29,7 +29,8 @@ pub fn refuse_to_overwrite(scene: &Scene, file: &Path) -> Result<(), Failure> {
 /// file is the one that refers to the others.
 pub fn write_all(dir: &Path, files: &[(PathBuf, Vec<u8>)]) -> Result<(), Failure> {
     fs::create_dir_all(dir).map_err(|error| Failure::writing(dir, error))?;
-    let staging = tempfile::Builder::new().prefix(".rest3d-gpu-").tempdir_in(dir).map_err(|e| Failure::writing(dir, e))?;
+    let staging =
+        tempfile::Builder::new().prefix(".rest3d-gpu-").tempdir_in(dir).map_err(|e| Failure::writing(dir, e))?;
     for (name, bytes) in files {
         let path = staging.path().join(name);
         let written = fs::create_dir_all(parent(&path)).and_then(|()| fs::write(&path, bytes));

@@ -6,8 +6,7 @@ use rest3d_gpu::files::write_whole_with;
 use rest3d_gpu::optimize::Rig;
 use rest3d_gpu::report::Trajectory;
 use rest3d_gpu::scene::Scene;
-use rest3d_gpu::shape::Shape;
-use rest3d_gpu::world::{Flow, STATIC, SimSettings, Status, World};
+use rest3d_gpu::world::{Flow, Pose, STATIC, SimSettings, Status, World};
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufWriter, Write};
@@ -82,7 +81,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Every movable object is a unit of its own.
-fn world(scene: &Scene, rigs: &[Rig], start: &[rest3d_gpu::world::Pose]) -> World {
+fn world(scene: &Scene, rigs: &[Rig], start: &[Pose]) -> World {
     let mut roots = Vec::new();
     let mut defs = Vec::with_capacity(rigs.len());
     for (i, (rig, &pose)) in rigs.iter().zip(start).enumerate() {

@@ -82,7 +82,7 @@ pub(super) fn plan(scene: &Scene) -> Vec<Group> {
     let movable = |&object: &usize| !scene.is_static(object);
     let mut groups = Vec::new();
     for held in scene.post_order() {
-        let children = scene.children(held);
+        let children: Vec<usize> = scene.children(held).collect();
         if !children.iter().any(movable) {
             continue;
         }

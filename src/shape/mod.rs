@@ -14,6 +14,7 @@ mod measure;
 mod merge;
 mod mesh;
 mod obj;
+mod read;
 mod reduce;
 mod solid;
 mod split;
