@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub struct Config {
     /// How a candidate is simulated.
     pub simulation: SimSettings,
+    /// True: objects are set onto their supports before the search. False: they start where the scene says.
+    pub seat: bool,
     /// What a candidate costs.
     pub energy: EnergyWeights,
     /// The search of a local group.

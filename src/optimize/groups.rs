@@ -82,14 +82,13 @@ pub(super) fn plan(scene: &Scene) -> Vec<Group> {
     let movable = |&object: &usize| !scene.is_static(object);
     let mut groups = Vec::new();
     for held in scene.post_order() {
-        let children: Vec<usize> = scene.children(held).collect();
-        if !children.iter().any(movable) {
-            continue;
-        }
         let mut group = Group::new(&scene.objects[held].name, Some(held));
         group.add(held, STATIC);
-        for child in children.into_iter().filter(movable) {
+        for child in scene.children(held).filter(movable) {
             group.add_unit(scene, child);
+        }
+        if group.roots.is_empty() {
+            continue;
         }
         for object in subtree(scene, held, |_| true) {
             if !group.objects.contains(&object) {
@@ -117,11 +116,11 @@ pub(super) fn plan(scene: &Scene) -> Vec<Group> {
 }
 
 /// An object and its descendants, parents first, without those that `enter` refuses and theirs.
-fn subtree(scene: &Scene, root: usize, enter: impl Fn(usize) -> bool) -> Vec<usize> {
+pub(super) fn subtree(scene: &Scene, root: usize, enter: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut found = vec![root];
     let mut next = 0;
     while next < found.len() {
-        found.extend(scene.children(found[next]).into_iter().filter(|&child| enter(child)));
+        found.extend(scene.children(found[next]).filter(|&child| enter(child)));
         next += 1;
     }
     found

@@ -9,6 +9,7 @@ mod groups;
 mod outcome;
 mod rig;
 mod run;
+mod seat;
 mod settle;
 mod support;
 mod verify;

@@ -6,6 +6,7 @@ use super::{
     config::ResultFrom,
     groups::{self, Group, raise},
     rig::Rig,
+    seat::seat,
     settle::settle,
     support,
     verify::{Motion, Verified, verify},
@@ -36,15 +37,23 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Result<Outcome, OptimizeError> {
     config.validate()?;
+    let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
+    let input: Vec<scene::Pose> = scene.objects.iter().map(|object| object.pose).collect();
+    let mut seated = input.clone();
+    if config.seat {
+        seat(scene, &rigs, &mut seated);
+    }
     let mut state = Checkpoint::start(scene, shapes, config, seed);
+    state.set_layout(&seated);
     if let Some(checkpoint) = resume {
         checkpoint.check(&state)?;
         state = checkpoint;
     }
     let run = Run {
         scene,
-        rigs: shapes.iter().map(Rig::new).collect(),
-        input: scene.objects.iter().map(|object| object.pose).collect(),
+        rigs,
+        input,
+        seated,
         groups: groups::plan(scene),
         backend,
         config,
@@ -61,6 +70,8 @@ struct Run<'a> {
     scene: &'a Scene,
     rigs: Vec<Rig>,
     input: Vec<scene::Pose>,
+    /// What the layout term compares with: the input at the heights of its supports.
+    seated: Vec<scene::Pose>,
     groups: Vec<Group>,
     backend: &'a dyn Backend,
     config: &'a Config,
@@ -83,7 +94,7 @@ impl Run<'_> {
             .map(|cem| u64::from(cem.candidates) * u64::from(cem.iterations) * u64::from(cem.episodes))
             .collect();
         let memory = self.groups.last().map_or("nothing to search".into(), |global| {
-            let world = global.world(&self.rigs, &self.input, &self.input);
+            let world = global.world(&self.rigs, &self.seated, &self.seated);
             let candidates = self.config.global.candidates.max(self.config.local.candidates);
             let bytes = self.backend.search_bytes(&world, candidates);
             format!(
@@ -105,7 +116,7 @@ impl Run<'_> {
         let settings = self.settings(group);
         let mut layout = state.layout();
         let lift = group.lift(&self.rigs, &layout);
-        let world = group.world(&self.rigs, &layout, &self.input);
+        let world = group.world(&self.rigs, &layout, &self.seated);
         let stream = Stream { seed: self.seed, stage: index as u32 };
         let iterations = settings.cem.iterations * settings.cem.episodes;
         let searched = cem::search(self.backend, &world, &settings, stream, &mut |stats| {
@@ -174,7 +185,7 @@ impl Run<'_> {
         let (mut settled_after, mut at_rest) = (0.0, true);
         let mut verified = None;
         if let Some(global) = self.groups.last() {
-            let world = global.world(&self.rigs, &layout, &self.input);
+            let world = global.world(&self.rigs, &layout, &self.seated);
             let clock = Instant::now();
             observer.event(Event::Settling);
             let starts = self.starts(global, &layout);
