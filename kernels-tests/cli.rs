@@ -340,7 +340,7 @@ fn an_interrupted_run_leaves_its_best_and_resumes_to_the_same_bytes() {
     let case = Case::new(&table());
     // A long search that nothing stops early.
     let config = "[local]\ncandidates = 32\niterations = 4\nstop_energy = 0.0\n\
-                  [global]\ncandidates = 64\niterations = 100\nstop_energy = 0.0\n[settle]\nmax_seconds = 1.0\n";
+                  [global]\ncandidates = 32\niterations = 30\nstop_energy = 0.0\n[settle]\nmax_seconds = 1.0\n";
     fs::write(case.path("long.toml"), config).unwrap();
     let command = |out: &str| {
         let mut command = case.command("optimize");
@@ -462,7 +462,10 @@ fn simulate_writes_all_states_in_the_frame_of_the_file() {
     let (ball, nail) = (&states["objects"][0], &states["objects"][1]);
     assert_eq!(ball["poses"].as_array().unwrap().len(), 13);
     assert_eq!(ball["velocities"].as_array().unwrap().len(), 13);
-    assert_eq!(ball["poses"][0], json!([3.0, 5.0, 100.0, 0.0, 0.0, 0.0, 1.0]));
+    for (start, expected) in ball["poses"][0].as_array().unwrap().iter().zip([3.0, 5.0, 100.0, 0.0, 0.0, 0.0, 1.0]) {
+        // Z up and back turns by a quaternion and its inverse: rounding of f64.
+        assert!((start.as_f64().unwrap() - expected).abs() < 1e-12, "{start}");
+    }
     assert_eq!(nail["poses"][12], nail["poses"][0]);
     assert_eq!(nail["velocities"][12], json!([0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
     // 0.2 s of fall: 980 cm/s² · 0.2 s; 3 % for the damping of 0.3 per second.
