@@ -7,7 +7,8 @@
 //! lies on a light one; this spring is at rest at the load that the contact has carried lately, which does neither.
 //! Normals and lever arms are those of the substep's start; separations follow the bodies' motion to first order.
 
-use super::contacts::{Contact, ContactSet, GROUND, tangents};
+use super::contacts::{Contact, ContactSet, GROUND};
+use super::narrow_phase::tangents;
 use crate::world::{
     Body, Pose, SimSettings, Velocity,
     constants::{

@@ -49,16 +49,7 @@ pub fn run(
         checkpoint.check(&state)?;
         state = checkpoint;
     }
-    let run = Run {
-        scene,
-        rigs,
-        input,
-        seated,
-        groups: groups::plan(scene),
-        backend,
-        config,
-        seed,
-    };
+    let run = Run { scene, rigs, input, seated, groups: groups::plan(scene), backend, config, seed };
     let mut finished = run.announce(observer) == Flow::Continue;
     while finished && state.completed < run.groups.len() {
         finished = run.search(&mut state, observer)? == Flow::Continue;

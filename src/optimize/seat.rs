@@ -34,9 +34,8 @@ impl Solid {
             let w = body.point(v) - center;
             Vec3::new(w.x * footprint, w.y, w.z * footprint) + center
         };
-        let hull = |part: &Vec<Vec3>| {
-            ConvexPolyhedron::from_convex_hull(&part.iter().map(|&v| narrow(v)).collect::<Vec<_>>())
-        };
+        let hull =
+            |part: &Vec<Vec3>| ConvexPolyhedron::from_convex_hull(&part.iter().map(|&v| narrow(v)).collect::<Vec<_>>());
         Self { parts: rig.parts.iter().filter_map(hull).collect() }
     }
 }
