@@ -70,7 +70,7 @@ struct Check {
     peak_spin: f64,
 }
 
-/// Unweighted terms as in `REFERENCE` of the energy, measured over the check instead of a candidate's simulation.
+/// Unweighted terms of the energy, measured over the check instead of a candidate's simulation.
 /// Penetration belongs to pairs of objects and stands with the groups.
 #[derive(Debug, Serialize)]
 struct Terms {
