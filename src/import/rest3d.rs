@@ -1,9 +1,9 @@
 //! The `stage2` folder of the released REST3D pipeline: a support tree in `scene_tree.json`, and one OBJ per object in
 //! `scene_canon/obj_files` whose vertices are in the world frame (metres, Y up), so that every pose is the identity.
 
-use crate::scene::SceneError;
+use crate::scene::{Relation, Root, SceneError};
 use serde_json::{Value, json};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Name of the file that holds the tree.
@@ -15,96 +15,86 @@ pub fn find(folder: &Path) -> Option<PathBuf> {
     [folder.join(TREE), folder.join("stage2").join(TREE)].into_iter().find(|file| file.is_file())
 }
 
-/// One object of the tree, as far as the file tells.
-#[derive(Default)]
-struct Node {
-    movable: Option<bool>,
-    edge: Option<(String, String)>,
-}
-
 /// The `scene.json` document that says the same as a tree, and what the user should know about it.
 ///
 /// # Errors
 /// A tree that is not one: no list of nodes, a node without a name, an edge without child or parent.
 pub fn document(file: &Path, tree: &Value) -> Result<(Value, Vec<String>), SceneError> {
-    let mut names: Vec<String> = Vec::new();
-    let mut nodes: BTreeMap<String, Node> = BTreeMap::new();
+    let mut nodes = Nodes::default();
     let mut warnings = Vec::new();
-    let mut add = |name: &str, nodes: &mut BTreeMap<String, Node>| {
-        if !nodes.contains_key(name) {
-            nodes.insert(name.to_owned(), Node::default());
-            names.push(name.to_owned());
-        }
-    };
-    let roots: BTreeSet<&str> = ["ground", "floor", "wall", "ceiling", "ground-wall", "floor-wall"].into();
-    for (i, node) in list(file, tree, "nodes")?.iter().enumerate() {
-        let field = format!("nodes[{i}]");
-        let name = text(node, &["name", "id"]).or_else(|| node.as_str());
+    for (i, entry) in list(file, tree, "nodes")?.iter().enumerate() {
+        let name = entry.as_str().or_else(|| text(entry, "name")).or_else(|| text(entry, "id"));
         let name = name.filter(|name| !name.trim().is_empty()).ok_or_else(|| {
-            SceneError::new(file, "the node has no name", "write its name, or an object with a \"name\"").field(&field)
+            SceneError::new(file, "the node has no name", "write its name, or an object with a \"name\"")
+                .field(&format!("nodes[{i}]"))
         })?;
-        if !roots.contains(name) {
-            add(name, &mut nodes);
-            if let Some(entry) = nodes.get_mut(name) {
-                entry.movable = movable(node);
-            }
+        if Root::from_name(name).is_none() {
+            nodes.get(name).movable = movable(entry);
         }
     }
     for (i, edge) in list(file, tree, "edges")?.iter().enumerate() {
         let end = |key: &str| {
-            text(edge, &[key]).ok_or_else(|| {
-                SceneError::new(file, "it is missing or not a text", "name the object")
-                    .field(&format!("edges[{i}].{key}"))
-            })
+            let missing = || SceneError::new(file, "it is missing or not a text", "name the object");
+            text(edge, key).ok_or_else(|| missing().field(&format!("edges[{i}].{key}")))
         };
         let (child, parent) = (end("child")?, end("parent")?);
-        if roots.contains(child) {
+        if Root::from_name(child).is_some() {
             continue;
         }
-        add(child, &mut nodes);
-        let Some(node) = nodes.get_mut(child) else { continue };
-        if let Some((first, _)) = &node.edge {
-            let remark = format!("the object already stands on \"{first}\"");
-            warnings.push(
-                SceneError::new(file, remark, "this edge is ignored")
-                    .object(child)
-                    .field(&format!("edges[{i}]"))
-                    .to_string(),
-            );
+        let node = nodes.get(child);
+        if let Some((first, _)) = &node.support {
+            let remark = SceneError::new(file, format!("its parent is \"{first}\" already"), "this edge is ignored");
+            warnings.push(remark.object(child).field(&format!("edges[{i}]")).to_string());
             continue;
         }
-        node.edge = Some((parent.to_owned(), text(edge, &["relation"]).unwrap_or("on").to_owned()));
+        node.support = Some((parent.to_owned(), text(edge, "relation").unwrap_or("on").to_owned()));
         node.movable = movable(edge).or(node.movable);
     }
-    let objects: Vec<Value> = names.iter().map(|name| object(file, name, &nodes[name], &mut warnings)).collect();
+    let objects: Vec<Value> = nodes.list.iter().map(|node| object(file, node, &mut warnings)).collect();
     Ok((json!({"format": "rest3d-scene", "version": 1, "objects": objects}), warnings))
 }
 
-fn object(file: &Path, name: &str, node: &Node, warnings: &mut Vec<String>) -> Value {
-    let (parent, relation) = match &node.edge {
+/// One object of the tree, as far as the file tells.
+#[derive(Default)]
+struct Node {
+    name: String,
+    movable: Option<bool>,
+    /// Parent and relation.
+    support: Option<(String, String)>,
+}
+
+/// Nodes in the order in which the file first names them.
+#[derive(Default)]
+struct Nodes {
+    list: Vec<Node>,
+    index: HashMap<String, usize>,
+}
+
+impl Nodes {
+    fn get(&mut self, name: &str) -> &mut Node {
+        let i = *self.index.entry(name.to_owned()).or_insert(self.list.len());
+        if i == self.list.len() {
+            self.list.push(Node { name: name.to_owned(), ..Node::default() });
+        }
+        &mut self.list[i]
+    }
+}
+
+fn object(file: &Path, node: &Node, warnings: &mut Vec<String>) -> Value {
+    let (parent, relation) = match &node.support {
         Some((parent, relation)) => (parent.as_str(), relation.as_str()),
         None => {
             let remark = SceneError::new(file, "no edge says what it stands on", "it is put on the ground");
-            warnings.push(remark.object(name).to_string());
+            warnings.push(remark.object(&node.name).to_string());
             ("ground", "on")
         }
     };
-    let parent = match parent {
-        "floor" => "ground",
-        "floor-wall" => "ground-wall",
-        other => other,
-    };
-    let relation = match relation {
-        "hang" => "hanging",
-        "attach" | "on-attach" => "attached",
-        other => other,
-    };
     json!({
-        "name": name,
-        "category": category(name),
-        "mesh": mesh(file, name),
-        "parent": parent,
-        "relation": relation,
+        "name": node.name,
+        "category": category(&node.name),
+        "mesh": mesh(file, &node.name),
+        "parent": Root::from_name(parent).map_or(parent, |root| root.name()),
+        "relation": Relation::from_name(relation).map_or(relation, |relation| relation.name()),
         "movable": node.movable.unwrap_or(true),
     })
 }
@@ -132,14 +122,14 @@ fn list<'a>(file: &Path, tree: &'a Value, field: &str) -> Result<&'a [Value], Sc
     }
 }
 
-fn text<'a>(value: &'a Value, keys: &[&str]) -> Option<&'a str> {
-    keys.iter().find_map(|key| value.get(key)?.as_str())
+fn text<'a>(value: &'a Value, key: &str) -> Option<&'a str> {
+    value.get(key)?.as_str()
 }
 
 /// What a node or an edge says of it: a flag, or a type.
 fn movable(value: &Value) -> Option<bool> {
     let flag = |key| value.get(key).and_then(Value::as_bool);
-    flag("movable").or_else(|| flag("fixed").map(|fixed| !fixed)).or_else(|| match value.get("type")?.as_str()? {
+    flag("movable").or_else(|| flag("fixed").map(|fixed| !fixed)).or_else(|| match text(value, "type")? {
         "movable" => Some(true),
         "fixed" => Some(false),
         _ => None,

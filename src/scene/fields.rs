@@ -1,6 +1,7 @@
 //! Typed access to JSON objects, with errors that say where the value stands.
 
 use super::SceneError;
+use super::frame::MAX_DISTANCE;
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -58,6 +59,15 @@ impl<'a> Fields<'a> {
     pub fn wrong(&self, field: &str, wanted: &str) -> SceneError {
         let value = self.map.get(field).map_or_else(|| "nothing".to_owned(), found);
         self.error(field, format!("{value} is not {wanted}"), format!("write {wanted}"))
+    }
+
+    /// An error for a place that is out of reach.
+    pub fn too_far(&self, field: &str) -> SceneError {
+        self.error(
+            field,
+            format!("it lies more than {MAX_DISTANCE:e} m from the origin"),
+            "correct it, \"room\".\"ground\" or \"frame\".\"meters_per_unit\"",
+        )
     }
 
     /// The value of a field, if it is there.

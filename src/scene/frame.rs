@@ -7,6 +7,14 @@ use std::f64::consts::FRAC_1_SQRT_2;
 /// −90° about X: takes +Z to +Y.
 const UPRIGHT: DQuat = DQuat::from_xyzw(-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2);
 
+/// Farther from the origin than this, a position is taken for a mistake, m: single precision is 6 cm there.
+pub(super) const MAX_DISTANCE: f64 = 1e6;
+
+/// True for a position in our frame that a simulation can do something with.
+pub(super) fn is_near(p: DVec3) -> bool {
+    p.is_finite() && p.abs().max_element() <= MAX_DISTANCE
+}
+
 /// The axis that points up in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Up {
@@ -83,7 +91,8 @@ impl Frame {
         }
     }
 
-    fn lift(&self) -> f64 {
+    /// Height of the file's ground in the file's frame, m.
+    pub fn lift(&self) -> f64 {
         self.ground * self.meters_per_unit
     }
 }

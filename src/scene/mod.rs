@@ -1,6 +1,6 @@
 //! The document: objects, poses and support tree of a `scene.json`, in metres, Y up, ground at y = 0.
 //!
-//! Reading (`read`, `fields`, `object`, `tree`) turns the file into checked objects and converts its frame (`frame`);
+//! Reading (`read`, `fields`, `object`, `support`, `tree`) turns the file into checked objects and converts its frame (`frame`);
 //! writing (`write`) puts the changed poses back into the document as it came, so that nothing that this program does
 //! not know is lost. Every error names file, object, field and remedy (`error`).
 
@@ -9,10 +9,12 @@ mod fields;
 mod frame;
 mod object;
 mod read;
+mod support;
 mod tree;
 mod write;
 
 pub use error::SceneError;
+pub use support::{Parent, Relation, Root};
 
 use frame::Frame;
 use glam::{DQuat, DVec3};
@@ -36,41 +38,6 @@ pub struct Pose {
 impl Pose {
     /// The pose that leaves everything where it is.
     pub const IDENTITY: Self = Self { rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
-}
-
-/// What a support tree stands on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Root {
-    /// The plane y = 0.
-    Ground,
-    /// Any wall.
-    Wall,
-    /// The ceiling.
-    Ceiling,
-    /// On the ground and against a wall.
-    GroundWall,
-}
-
-/// What bears an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Parent {
-    /// A part of the room.
-    Root(Root),
-    /// Another object, as index into [`Scene::objects`].
-    Object(usize),
-}
-
-/// How an object is borne by its parent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Relation {
-    /// Stands or lies on it.
-    On,
-    /// Stands or lies within it.
-    Inside,
-    /// Hangs from it.
-    Hanging,
-    /// Is fastened to it.
-    Attached,
 }
 
 /// One object of a scene.

@@ -1,7 +1,7 @@
 //! One entry of `objects`: every field checked, the support tree not yet.
 
 use super::fields::{Fields, finite, found, numbers};
-use super::frame::Frame;
+use super::frame::{Frame, is_near};
 use super::{Object, Parent, Pose, Relation, Root, SceneError};
 use glam::{DQuat, DVec3};
 use serde_json::Value;
@@ -23,8 +23,6 @@ const KNOWN: [&str; 11] = [
 ];
 /// A quaternion whose length is farther from 1 than this is reported: it may be meant differently.
 const UNIT_TOLERANCE: f64 = 1e-3;
-/// Farther from the origin than this, a position is taken for a mistake, m: single precision is 6 cm there.
-const MAX_DISTANCE: f64 = 1e6;
 
 /// What reading an object needs to know and gathers.
 pub(super) struct Context<'a> {
@@ -43,7 +41,7 @@ pub(super) fn read<'a>(context: &mut Context<'a>, i: usize, value: &'a Value) ->
         return Err(fields.error("name", "it is empty", "give each object a unique name"));
     }
     let fields = fields.named(name);
-    if root(name).is_some() {
+    if Root::from_name(name).is_some() {
         return Err(fields.error("name", "the name is reserved for a part of the room", "rename the object"));
     }
     fields.unknown("objects[].", &KNOWN, &mut context.unknown);
@@ -63,25 +61,10 @@ pub(super) fn read<'a>(context: &mut Context<'a>, i: usize, value: &'a Value) ->
     Ok((object, fields.text("parent")?.unwrap_or("ground")))
 }
 
-/// The part of the room that a name stands for, in our spelling or in REST3D's.
-pub(super) fn root(name: &str) -> Option<Root> {
-    match name {
-        "ground" | "floor" => Some(Root::Ground),
-        "wall" => Some(Root::Wall),
-        "ceiling" => Some(Root::Ceiling),
-        "ground-wall" | "floor-wall" => Some(Root::GroundWall),
-        _ => None,
-    }
-}
-
 fn relation(fields: &Fields<'_>) -> Result<Relation, SceneError> {
-    match fields.text("relation")? {
-        None | Some("on") => Ok(Relation::On),
-        Some("inside") => Ok(Relation::Inside),
-        Some("hanging" | "hang") => Ok(Relation::Hanging),
-        Some("attached" | "attach" | "on-attach") => Ok(Relation::Attached),
-        Some(_) => Err(fields.wrong("relation", "\"on\", \"inside\", \"hanging\" or \"attached\"")),
-    }
+    let name = fields.text("relation")?.unwrap_or("on");
+    let wrong = || fields.wrong("relation", "\"on\", \"inside\", \"hanging\" or \"attached\"");
+    Relation::from_name(name).ok_or_else(wrong)
 }
 
 fn pose(context: &mut Context<'_>, fields: &Fields<'_>) -> Result<Pose, SceneError> {
@@ -103,14 +86,10 @@ fn pose(context: &mut Context<'_>, fields: &Fields<'_>) -> Result<Pose, SceneErr
         context.warnings.push(fields.error("rotation_xyzw", remark, "it is read as a direction").to_string());
     }
     let pose = context.frame.pose(scaled.normalize(), DVec3::from(position));
-    if !(pose.translation.abs().max_element() <= MAX_DISTANCE) {
-        return Err(fields.error(
-            "position",
-            format!("it lies more than {MAX_DISTANCE:e} m from the origin"),
-            "correct it, \"room\".\"ground\" or \"frame\".\"meters_per_unit\"",
-        ));
+    match is_near(pose.translation) {
+        true => Ok(pose),
+        false => Err(fields.too_far("position")),
     }
-    Ok(pose)
 }
 
 /// Metres per mesh unit.

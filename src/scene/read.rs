@@ -1,7 +1,7 @@
 //! From a path to a scene.
 
 use super::fields::{Fields, found};
-use super::frame::{Frame, Up};
+use super::frame::{Frame, Up, is_near};
 use super::object::Context;
 use super::{Object, Room, Scene, SceneError, object, tree};
 use crate::import::rest3d;
@@ -159,7 +159,8 @@ fn check_format(fields: &Fields<'_>) -> Result<(), SceneError> {
     let remedy = "this program reads \"format\": \"rest3d-scene\", \"version\": 1";
     for (field, wanted) in [("format", Value::from("rest3d-scene")), ("version", Value::from(1))] {
         let value = fields.get(field).ok_or_else(|| fields.missing(field, remedy))?;
-        if *value != wanted {
+        let equal = *value == wanted || value.as_f64().is_some_and(|number| Some(number) == wanted.as_f64());
+        if !equal {
             return Err(fields.error(field, format!("{} is not {wanted}", found(value)), remedy));
         }
     }
@@ -179,6 +180,9 @@ fn frame(fields: &Fields<'_>, unknown: &mut BTreeSet<String>) -> Result<Frame, S
     }
     if let Some(fields) = fields.nested("room")? {
         frame.ground = fields.number("ground")?.unwrap_or(0.0);
+        if !is_near(DVec3::Y * frame.lift()) {
+            return Err(fields.too_far("ground"));
+        }
     }
     Ok(frame)
 }
@@ -187,6 +191,9 @@ fn room(fields: &Fields<'_>, frame: Frame, unknown: &mut BTreeSet<String>) -> Re
     let Some(fields) = fields.nested("room")? else { return Ok(Room::default()) };
     fields.unknown("room.", &["ground", "ceiling", "walls"], unknown);
     let mut room = Room { ceiling: fields.number("ceiling")?.map(|h| frame.height(h)), walls: Vec::new() };
+    if !room.ceiling.is_none_or(|height| is_near(DVec3::Y * height)) {
+        return Err(fields.too_far("ceiling"));
+    }
     for wall in fields.nested_list("walls")? {
         wall.unknown("room.walls[].", &["name", "point", "normal"], unknown);
         let remedy = "give each wall a \"point\" and a \"normal\" that points into the room";
@@ -195,6 +202,9 @@ fn room(fields: &Fields<'_>, frame: Frame, unknown: &mut BTreeSet<String>) -> Re
         let normal = vector("normal")?.try_normalize().ok_or_else(|| {
             wall.error("normal", "a vector of zeros has no direction", "write a vector that points into the room")
         })?;
+        if !is_near(frame.point(point)) {
+            return Err(wall.too_far("point"));
+        }
         room.walls.push(frame.wall(wall.text("name")?.unwrap_or_default().to_owned(), point, normal));
     }
     Ok(room)

@@ -1,14 +1,11 @@
 //! The support tree: parents by name, cycles, order. Nothing here recurses, so that long chains are no danger.
 
-use super::object::root;
-use super::{Object, Parent, SceneError};
+use super::{Object, Parent, Root, SceneError};
 use std::collections::HashMap;
 use std::path::Path;
 
 /// Longer names, in bytes, are not compared when a near one is looked for: that is quadratic in the length.
 const COMPARABLE: usize = 100;
-/// The names of the roots, as suggestions.
-const ROOTS: [&str; 4] = ["ground", "wall", "ceiling", "ground-wall"];
 
 /// Resolves the parents' names (`parents[i]` is that of `names[i]`), in linear time.
 pub(super) fn link(file: &Path, names: &[&str], parents: &[&str]) -> Result<Vec<Parent>, SceneError> {
@@ -22,7 +19,7 @@ pub(super) fn link(file: &Path, names: &[&str], parents: &[&str]) -> Result<Vec<
     let mut links = Vec::with_capacity(names.len());
     for (i, &parent) in parents.iter().enumerate() {
         let error = |problem, remedy| SceneError::new(file, problem, remedy).object(names[i]).field("parent");
-        links.push(match (root(parent), index.get(parent)) {
+        links.push(match (Root::from_name(parent), index.get(parent)) {
             (Some(root), _) => Parent::Root(root),
             (None, Some(&j)) if i == j => {
                 return Err(error("the object is its own parent".to_owned(), remedy_of_cycle()));
@@ -31,7 +28,7 @@ pub(super) fn link(file: &Path, names: &[&str], parents: &[&str]) -> Result<Vec<
             (None, None) => {
                 let remedy = match nearest(parent, names) {
                     Some(name) => format!("did you mean \"{name}\"?"),
-                    None => format!("name an object or one of {}", ROOTS.join(", ")),
+                    None => format!("name an object or one of {}", roots().join(", ")),
                 };
                 return Err(error(format!("there is no \"{parent}\""), remedy));
             }
@@ -81,8 +78,12 @@ pub(super) fn post_order(objects: &[Object], children: &[Vec<usize>]) -> Vec<usi
     order
 }
 
+fn roots() -> [&'static str; 4] {
+    Root::ALL.map(Root::name)
+}
+
 fn remedy_of_cycle() -> String {
-    format!("let one of them stand on {}", ROOTS.join(", "))
+    format!("let one of them stand on {}", roots().join(", "))
 }
 
 /// The members of the first cycle, each followed by its parent.
@@ -118,7 +119,7 @@ fn nearest<'a>(wanted: &str, names: &[&'a str]) -> Option<&'a str> {
         return None;
     }
     let limit = (wanted.chars().count() / 3).max(2);
-    let candidates = names.iter().copied().chain(ROOTS).filter(|name| name.len() <= COMPARABLE);
+    let candidates = names.iter().copied().chain(roots()).filter(|name| name.len() <= COMPARABLE);
     candidates
         .map(|name| (strsim::damerau_levenshtein(wanted, name), name))
         .filter(|&(distance, _)| distance <= limit)
