@@ -1,6 +1,6 @@
 //! Files that are either there whole or not at all.
 
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 /// Replaces or creates a file in one step: the bytes go to a temporary file in the same folder, which takes the name
@@ -9,6 +9,14 @@ use std::path::Path;
 /// # Errors
 /// What the file system reports; the old file is then untouched.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_whole_with(path, |out| out.write_all(bytes))
+}
+
+/// As [`write_whole`], for what is too large to be in memory as bytes.
+///
+/// # Errors
+/// What the file system or `write` reports; the old file is then untouched.
+pub fn write_whole_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     builder.prefix(".rest3d-gpu-");
@@ -18,8 +26,9 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder)?;
-    file.write_all(bytes)?;
+    let mut out = BufWriter::new(builder.tempfile_in(folder)?);
+    write(&mut out)?;
+    let file = out.into_inner()?;
     file.as_file().sync_all()?;
     file.persist(path)?;
     Ok(())

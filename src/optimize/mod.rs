@@ -17,6 +17,7 @@ mod verify;
 pub use checkpoint::Checkpoint;
 pub use config::{Config, ResultFrom, SettleSettings, VerifySettings};
 pub use outcome::{Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, Outcome, Timings};
+pub use rig::Rig;
 pub use run::run;
 
 use crate::world::BackendError;

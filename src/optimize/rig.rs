@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3, Vec3};
 /// One object as a rigid body. The body's frame is its centre of mass with principal axes; the object's frame is that of
 /// its scaled mesh.
 #[derive(Clone, Debug)]
-pub(super) struct Rig {
+pub struct Rig {
     center: DVec3,
     axes: DQuat,
     /// Convex parts in the body's frame, m.
@@ -18,6 +18,7 @@ pub(super) struct Rig {
 }
 
 impl Rig {
+    /// The body of a shape.
     pub fn new(shape: &Shape) -> Self {
         let mass = &shape.mass;
         let to_body = |v: &Vec3| mass.axes.conjugate() * (*v - mass.center);

@@ -40,13 +40,7 @@ impl Frame {
 
     /// The file's position of ours.
     pub fn point_back(&self, p: DVec3) -> DVec3 {
-        let p = (p + DVec3::Y * self.lift()) / self.meters_per_unit;
-        // An exact permutation of the components; adding zero turns −0 into 0.
-        DVec3::ZERO
-            + match self.up {
-                Up::Y => p,
-                Up::Z => DVec3::new(p.x, -p.z, p.y),
-            }
+        self.direction_back((p + DVec3::Y * self.lift()) / self.meters_per_unit)
     }
 
     /// A rotation of the file in ours.
@@ -78,6 +72,16 @@ impl Frame {
     /// A height of the file above our ground, m.
     pub fn height(&self, h: f64) -> f64 {
         h * self.meters_per_unit - self.lift()
+    }
+
+    /// The file's direction of ours.
+    pub fn direction_back(&self, d: DVec3) -> DVec3 {
+        // An exact permutation of the components; adding zero turns −0 into 0.
+        DVec3::ZERO
+            + match self.up {
+                Up::Y => d,
+                Up::Z => DVec3::new(d.x, -d.z, d.y),
+            }
     }
 
     fn direction(&self, d: DVec3) -> DVec3 {

@@ -1,6 +1,7 @@
 //! From a scene to the text of a `scene.json`.
 
 use super::{Object, Pose, Scene};
+use glam::DVec3;
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
@@ -19,6 +20,23 @@ impl Scene {
             paths.write(entry, object, parts);
         }
         format!("{document:#}\n")
+    }
+
+    /// A pose as the file states it: position in its unit, then rotation xyzw, its axis up.
+    pub fn pose_in_file(&self, pose: &Pose) -> [f64; 7] {
+        let [x, y, z] = self.frame.point_back(pose.translation).to_array();
+        let [i, j, k, w] = self.frame.rotation_back(pose.rotation).to_array();
+        [x, y, z, i, j, k, w]
+    }
+
+    /// A velocity (m/s) in the file's frame, units/s.
+    pub fn velocity_in_file(&self, velocity: DVec3) -> DVec3 {
+        self.frame.direction_back(velocity) / self.frame.meters_per_unit
+    }
+
+    /// A direction or angular velocity in the file's frame.
+    pub fn direction_in_file(&self, direction: DVec3) -> DVec3 {
+        self.frame.direction_back(direction)
     }
 
     fn write_pose(&self, entry: &mut Map<String, Value>, object: &Object, original: &Pose) {
