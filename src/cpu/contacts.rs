@@ -4,13 +4,10 @@
 //! convex polygon of its contact area, so the points of a body pair are grouped by direction into patches, and each
 //! patch keeps the few points that span it.
 
-use super::narrow_phase::ManifoldPoint;
+use super::narrow_phase::{ManifoldPoint, reduce};
 use crate::world::{
     Pose,
-    constants::{
-        GAP_PENALTY, MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCH_POINTS, MAX_PATCHES, PATCH_COSINE,
-        SAME_POINT,
-    },
+    constants::{MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES, PATCH_COSINE},
 };
 use glam::Vec3;
 
@@ -155,6 +152,7 @@ pub struct Gathered {
 pub struct Gatherer {
     points: Vec<Gathered>,
     merged: Vec<Gathered>,
+    patch: Vec<Gathered>,
     ends: Vec<usize>,
 }
 
@@ -173,8 +171,8 @@ impl Gatherer {
         self.points.extend(points.iter().map(|&point| Gathered { normal, point }));
     }
 
-    /// Merges to at most `MAX_PATCHES` patches of at most `MAX_PATCH_POINTS` points, the deepest first, each patch's
-    /// deepest point first; empties the list.
+    /// Merges to at most `MAX_PATCHES` patches of at most `MAX_MANIFOLD_POINTS` points, the deepest first; empties
+    /// the list.
     pub fn merge(&mut self) -> impl Iterator<Item = &[Gathered]> {
         self.merged.clear();
         self.ends.clear();
@@ -182,48 +180,16 @@ impl Gatherer {
             let depth = |p: &Gathered| p.point.separation;
             let Some(deepest) = self.points.iter().copied().min_by(|p, q| depth(p).total_cmp(&depth(q))) else { break };
             let belongs = |p: &Gathered| p.normal.dot(deepest.normal) >= PATCH_COSINE;
-            span(&self.points, &deepest, belongs, &mut self.merged);
+            self.patch.clear();
+            self.patch.extend(self.points.iter().filter(|p| belongs(p)));
             self.points.retain(|p| !belongs(p));
+            let offered = |i: usize| (self.patch[i].point.on_b, self.patch[i].point.separation);
+            let kept = reduce(self.patch.len(), offered, deepest.normal);
+            self.merged.extend(kept.indices().iter().map(|&i| self.patch[i as usize]));
             self.ends.push(self.merged.len());
         }
         self.points.clear();
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, &end)| &self.merged[start..end])
     }
-}
-
-/// Appends the points that span the polygon of a patch: the farthest one in each of `MAX_PATCH_POINTS` fixed directions,
-/// and the deepest.
-///
-/// Directions and preferences are fixed, so that the same points are kept in the same order from substep to substep and
-/// keep their impulses. A point that does not touch yet counts as nearer by `GAP_PENALTY` times its gap: what touches
-/// bears.
-fn span(points: &[Gathered], deepest: &Gathered, belongs: impl Fn(&Gathered) -> bool, out: &mut Vec<Gathered>) {
-    let [u, v] = tangents(deepest.normal);
-    let first = out.len();
-    for k in 0..=MAX_PATCH_POINTS {
-        let (sin, cos) = (0.3 + std::f32::consts::TAU * k as f32 / MAX_PATCH_POINTS as f32).sin_cos();
-        let direction = cos * u + sin * v;
-        let mut farthest = (f32::NEG_INFINITY, deepest);
-        for candidate in points.iter().filter(|p| k < MAX_PATCH_POINTS && belongs(p)) {
-            let gap = candidate.point.separation - deepest.point.separation;
-            let reach = direction.dot(candidate.point.on_b - deepest.point.on_b) - GAP_PENALTY * gap;
-            if reach > farthest.0 + SAME_POINT {
-                farthest = (reach, candidate);
-            }
-        }
-        let point = farthest.1;
-        let near = |kept: &Gathered| kept.point.on_b.distance_squared(point.point.on_b) < SAME_POINT * SAME_POINT;
-        if !out[first..].iter().any(near) {
-            out.push(*point);
-        }
-    }
-}
-
-/// Two unit vectors that make a right-handed frame with `normal`. Unlike the common branch-free formula it has no jump at
-/// upright normals, where most contacts are.
-pub fn tangents(normal: Vec3) -> [Vec3; 2] {
-    let side = if normal.x.abs() < 0.8 { Vec3::X } else { Vec3::Z };
-    let u = (side - normal * normal.dot(side)).normalize();
-    [u, normal.cross(u)]
 }

@@ -5,7 +5,6 @@ mod contacts;
 pub mod elites;
 pub mod energy;
 pub mod moments;
-#[allow(missing_docs)]
 pub mod narrow_phase;
 pub mod place;
 pub mod sample;
@@ -19,7 +18,7 @@ pub use simulate::Workspace;
 use crate::world::{
     Backend, BackendError, Flow, Pose, Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
 };
-use narrow_phase::Narrow;
+use narrow_phase::Separator;
 use rayon::prelude::*;
 
 /// Simulates on the processor's cores.
@@ -42,7 +41,7 @@ impl Backend for CpuBackend {
         if bodies == 0 {
             return Ok(Vec::new());
         }
-        let narrow = Narrow::new(settings.narrow_phase, &world.hulls);
+        let narrow = Separator::new(settings.narrow_phase, &world.hulls);
         let mut candidates: Vec<Workspace> = starts
             .chunks_exact(bodies)
             .map(|placed| {
@@ -89,13 +88,13 @@ impl Backend for CpuBackend {
 pub struct Simulator<'a> {
     world: &'a World,
     simulation: &'a SimSettings,
-    narrow: Narrow,
+    narrow: Separator,
 }
 
 impl<'a> Simulator<'a> {
     /// Prepares what all candidates share.
     pub fn new(world: &'a World, simulation: &'a SimSettings) -> Self {
-        Self { world, simulation, narrow: Narrow::new(simulation.narrow_phase, &world.hulls) }
+        Self { world, simulation, narrow: Separator::new(simulation.narrow_phase, &world.hulls) }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{
     broad_phase::{BroadPhase, HullPair},
     contacts::{ContactSet, GROUND, Gatherer},
-    narrow_phase::{Manifold, Narrow, PairCache, manifold, plane_hull},
+    narrow_phase::{self, Manifold, PairCache, Separator, manifold, plane_hull},
     solve::Solver,
 };
 use crate::world::{Capacities, Pose, SimSettings, Status, Velocity, World, constants::MAX_CAPACITY_GROWTH};
@@ -69,7 +69,7 @@ impl Workspace {
     }
 
     /// Advances by one step of `dt`.
-    pub fn step(&mut self, world: &World, settings: &SimSettings, narrow: &Narrow) {
+    pub fn step(&mut self, world: &World, settings: &SimSettings, narrow: &Separator) {
         let substeps = settings.substeps.max(1);
         for _ in 0..substeps {
             self.collide(world, settings, narrow, settings.dt / substeps as f32);
@@ -80,7 +80,7 @@ impl Workspace {
         }
     }
 
-    fn collide(&mut self, world: &World, settings: &SimSettings, narrow: &Narrow, dt: f32) {
+    fn collide(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, dt: f32) {
         self.broad.update(world, &self.poses, &self.velocities, settings.contact_offset, dt);
         std::mem::swap(&mut self.pairs, &mut self.old_pairs);
         std::mem::swap(&mut self.caches, &mut self.old_caches);
@@ -100,11 +100,10 @@ impl Workspace {
                 let HullPair { a, b, .. } = self.pairs[next];
                 let cache = &mut self.caches[next];
                 next += 1;
-                let [hull_a, hull_b] = [a, b].map(|h| h as usize);
-                if let Some(found) = narrow.separation(&world.hulls, hull_a, &pose_a, hull_b, &pose_b, margin, cache) {
-                    let out = &mut self.manifold;
-                    manifold(&world.hulls, hull_a, &pose_a, hull_b, &pose_b, &found, margin, out);
-                    self.gatherer.add(out.normal, out.points());
+                let hulls = narrow_phase::HullPair { tables: &world.hulls, hulls: [a, b], poses: [&pose_a, &pose_b] };
+                if let Some(found) = narrow.separation(&hulls, margin, cache) {
+                    manifold(&hulls, &found, margin, &mut self.manifold);
+                    self.gatherer.add(self.manifold.normal, self.manifold.points());
                 }
             }
             self.emit(index, pair, &mut old);
@@ -117,7 +116,7 @@ impl Workspace {
             self.gatherer.clear();
             for hull in world.hulls_of(index) {
                 let out = &mut self.manifold;
-                plane_hull(&world.hulls, hull, &self.poses[index], Vec3::Y, 0.0, margin, out);
+                plane_hull(&world.hulls, hull as u32, &self.poses[index], (Vec3::Y, 0.0), margin, out);
                 self.gatherer.add(out.normal, out.points());
             }
             self.emit((world.pairs.len() + index) as u32, [GROUND, index as u32], &mut old);
@@ -177,15 +176,15 @@ impl Workspace {
     }
 
     /// Measures the deepest overlap of the parts of each pair of `World::pairs` at the present poses, m.
-    pub fn measure_depths(&mut self, world: &World, narrow: &Narrow, depths: &mut [f32]) {
+    pub fn measure_depths(&mut self, world: &World, narrow: &Separator, depths: &mut [f32]) {
         self.broad.update(world, &self.poses, &self.velocities, 0.0, 0.0);
         self.list_pairs(world, Some(0.0));
         depths.fill(0.0);
         for &HullPair { pair, a, b } in &self.pairs {
             let [pose_a, pose_b] = world.pairs[pair as usize].map(|i| self.poses[i as usize]);
-            let depth = narrow.depth(&world.hulls, a as usize, &pose_a, b as usize, &pose_b);
+            let hulls = narrow_phase::HullPair { tables: &world.hulls, hulls: [a, b], poses: [&pose_a, &pose_b] };
             let deepest = &mut depths[pair as usize];
-            *deepest = deepest.max(depth);
+            *deepest = deepest.max(narrow.depth(&hulls, *deepest));
         }
         // The list holds other margins' pairs now: it must not be taken for the last substep's.
         self.pairs.clear();

@@ -25,10 +25,6 @@ pub const MIN_INERTIA_RATIO: f32 = 1e-3;
 /// Largest distance to which the contact margin grows with speed, m: fast bodies see their contacts one step ahead.
 pub const MAX_SPECULATIVE_MARGIN: f32 = 0.1;
 
-/// Contact points kept per body pair and direction. Fewer is faster; too few cuts corners off a support polygon, and
-/// things tip that stand.
-pub const MAX_PATCH_POINTS: usize = 8;
-
 /// Contact points nearer to each other than this are one, m.
 pub const SAME_POINT: f32 = 1e-3;
 
@@ -71,3 +67,41 @@ pub const PATCH_SWEEPS: u32 = 2;
 
 /// How many times its first size a candidate's slots may grow before the candidate is given up.
 pub const MAX_CAPACITY_GROWTH: u32 = 64;
+
+/// Most faces of a hull of `MAX_HULL_VERTICES` (Euler: 2 V − 4).
+pub const MAX_HULL_FACES: usize = 2 * MAX_HULL_VERTICES - 4;
+
+/// Most edges of a hull of `MAX_HULL_VERTICES` (Euler: 3 V − 6).
+pub const MAX_HULL_EDGES: usize = 3 * MAX_HULL_VERTICES - 6;
+
+/// Most contact points of one hull pair, of a hull and the ground, and of one patch of a body pair. Fewer is faster; too
+/// few cut corners off a support polygon, and things tip that stand.
+pub const MAX_MANIFOLD_POINTS: usize = 8;
+
+/// By how much a face of B must beat the best face of A, and an edge pair the best face, to become the contact's axis, m.
+/// Axes of nearly equal depth would otherwise alternate from step to step, and the manifold with them.
+pub const AXIS_BIAS: f32 = 0.5 * LINEAR_SLOP;
+
+/// The same as a share of the depth: deep overlaps of boxes have edge axes that differ from a face by less than this.
+pub const AXIS_BIAS_RELATIVE: f32 = 0.01;
+
+/// Depth up to which the last step's axis is used again without a search, m. No other axis can be better by more than
+/// twice this; it must stay below `TOUCHING_DEPTH`.
+pub const COHERENT_DEPTH: f32 = LINEAR_SLOP;
+
+/// Edges at a smaller sine than this have no usable common normal in f32; their axis is within a slop of a face's.
+pub const PARALLEL_SINE: f32 = 1e-4;
+
+/// A face whose normal is within this cosine of the contact normal (3.6°) is clipped against; below it a contact is one
+/// point.
+pub const ALIGNED_COSINE: f32 = 0.998;
+
+/// By how much (as a cosine) a face of B must be better aligned than A's to become the reference face (about 0.3°).
+pub const ALIGNED_BIAS: f32 = 1e-5;
+
+/// All faces of the incident hull within this cosine (8°) of the reference face are clipped: a bottom of several nearly
+/// coplanar facets rests on all of them.
+pub const INCIDENT_COSINE: f32 = 0.99;
+
+/// How far beside a side plane a clipped point still counts as inside, m: corners over corners stay themselves.
+pub const CLIP_TOLERANCE: f32 = 0.1 * LINEAR_SLOP;

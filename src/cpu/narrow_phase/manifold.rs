@@ -1,0 +1,296 @@
+//! Contact points of two hulls along a given axis, by clipping whole face polygons against each other.
+//!
+//! The face best aligned with the axis, on either hull, is the reference face; the other hull's faces turned against it
+//! are clipped to its outline, and every point of them within the margin is a contact. Where no face is aligned the
+//! contact is one point. Hulls that overlap always get at least one point; hulls apart get none that is not truly
+//! within the margin.
+
+use super::{Feature, HullPair, MAX_MANIFOLD_POINTS, Manifold, ManifoldPoint, Separation, reduce};
+use crate::world::Face;
+use crate::world::constants::{
+    ALIGNED_BIAS, ALIGNED_COSINE, CLIP_TOLERANCE, INCIDENT_COSINE, LINEAR_SLOP, MAX_FACE_VERTICES,
+};
+use glam::{Mat3, Vec3, Vec4};
+
+/// A convex polygon cut by at most `MAX_FACE_VERTICES` lines gains at most one corner from each.
+const MAX_CLIPPED: usize = 2 * MAX_FACE_VERTICES;
+
+/// Points collected before they are reduced.
+const MAX_COLLECTED: usize = MAX_CLIPPED + MAX_MANIFOLD_POINTS;
+
+/// Makes the contact points of `pair` within `margin` (m) along the axis of `separation`, which must be this pair's, at
+/// these poses. `out.normal` is the reference face's normal, or the axis where no face is aligned.
+pub fn manifold(pair: &HullPair, separation: &Separation, margin: f32, out: &mut Manifold) {
+    out.normal = separation.normal;
+    out.count = 0;
+    let axis = separation.normal;
+    let (face_a, cosine_a) = aligned_face(pair, 0, pair.poses[0].rotation.conjugate() * axis);
+    let (face_b, cosine_b) = aligned_face(pair, 1, pair.poses[1].rotation.conjugate() * -axis);
+    if cosine_a.max(cosine_b) < ALIGNED_COSINE {
+        match separation.feature {
+            Feature::Edges(i, j) => edge_point(pair, [i, j], axis, margin, out),
+            Feature::Points { on_a, on_b } => single_point(on_a, on_b, axis, margin, out),
+            // A face's own normal is always aligned with it.
+            Feature::FaceA(_) | Feature::FaceB(_) => {}
+        }
+        return;
+    }
+    let reference = usize::from(cosine_b > cosine_a + ALIGNED_BIAS);
+    let clip = Clip::new(pair, reference, [face_a, face_b][reference]);
+    let incident = [face_a, face_b][1 - reference];
+    clip.faces(incident, margin, out);
+    if out.count > 0 {
+        return;
+    }
+    out.normal = axis;
+    match separation.feature {
+        Feature::Points { on_a, on_b } => single_point(on_a, on_b, axis, margin, out),
+        Feature::Edges(i, j) => edge_point(pair, [i, j], axis, margin, out),
+        _ if separation.distance > 0.0 => clip.nearest_edges(incident, axis, margin, out),
+        _ => clip.deepest_vertex(axis, separation.distance, out),
+    }
+}
+
+/// The face of a hull whose normal is nearest to `direction` (unit, body frame), and its cosine.
+fn aligned_face(pair: &HullPair, side: usize, direction: Vec3) -> (u32, f32) {
+    let direction = direction.extend(0.0);
+    let (mut best, mut high) = (0, f32::NEG_INFINITY);
+    for (i, face) in pair.tables.faces_of(pair.hull(side)).iter().enumerate() {
+        let cosine = direction.dot(face.plane);
+        if cosine > high {
+            (best, high) = (i as u32, cosine);
+        }
+    }
+    (best, high)
+}
+
+/// One contact between two points that face each other along the axis, if near enough. Points apart are joined by their
+/// own line: it is the exact normal of two corners.
+fn single_point(on_a: Vec3, on_b: Vec3, axis: Vec3, margin: f32, out: &mut Manifold) {
+    let along = axis.dot(on_b - on_a);
+    let length = on_b.distance(on_a);
+    let apart = along > LINEAR_SLOP;
+    let separation = if apart { length } else { along };
+    if separation > margin {
+        return;
+    }
+    out.normal = if apart { (on_b - on_a) / length } else { axis };
+    out.slots[0] = ManifoldPoint { on_a, on_b, separation };
+    out.count = 1;
+}
+
+/// The contact of two crossing edges.
+fn edge_point(pair: &HullPair, edges: [u32; 2], axis: Vec3, margin: f32, out: &mut Manifold) {
+    let segment = |side: usize| {
+        let hull = pair.hull(side);
+        let vertices = pair.tables.vertices_of(hull);
+        pair.tables.edges_of(hull)[edges[side] as usize]
+            .vertices
+            .map(|v| pair.poses[side].point(vertices[v as usize].truncate()))
+    };
+    let (on_a, on_b) = nearest_on_segments(segment(0), segment(1));
+    single_point(on_a, on_b, axis, margin, out);
+}
+
+/// The nearest points of two segments (Ericson, "Real-Time Collision Detection", 5.1.9).
+fn nearest_on_segments([p, p1]: [Vec3; 2], [q, q1]: [Vec3; 2]) -> (Vec3, Vec3) {
+    let (u, v, w) = (p1 - p, q1 - q, p - q);
+    let (a, e, b) = (u.length_squared(), v.length_squared(), u.dot(v));
+    let (c, f) = (u.dot(w), v.dot(w));
+    let determinant = a * e - b * b;
+    // Parallel segments: any point will do, take the start.
+    let s = if determinant > f32::EPSILON * a * e { ((b * f - c * e) / determinant).clamp(0.0, 1.0) } else { 0.0 };
+    let t = if e > 0.0 { ((b * s + f) / e).clamp(0.0, 1.0) } else { 0.0 };
+    let s = if a > 0.0 { ((b * t - c) / a).clamp(0.0, 1.0) } else { 0.0 };
+    (p + s * u, q + t * v)
+}
+
+/// A convex polygon in an array of fixed size.
+#[derive(Clone, Copy)]
+struct Polygon {
+    count: usize,
+    corners: [Vec3; MAX_CLIPPED],
+}
+
+impl Polygon {
+    const EMPTY: Self = Self { count: 0, corners: [Vec3::ZERO; MAX_CLIPPED] };
+
+    fn push(&mut self, corner: Vec3) {
+        if self.count < MAX_CLIPPED {
+            self.corners[self.count] = corner;
+            self.count += 1;
+        }
+    }
+}
+
+/// A reference face and the way from the other hull's frame into its own.
+struct Clip<'a> {
+    pair: &'a HullPair<'a>,
+    reference: usize,
+    vertices: &'a [Vec4],
+    corners: &'a [u32],
+    normal: Vec3,
+    offset: f32,
+    rotation: Mat3,
+    shift: Vec3,
+}
+
+impl<'a> Clip<'a> {
+    fn new(pair: &'a HullPair<'a>, reference: usize, face: u32) -> Self {
+        let hull = pair.hull(reference);
+        let face = &pair.tables.faces_of(hull)[face as usize];
+        let (rotation, shift) = pair.other_to(reference);
+        Self {
+            pair,
+            reference,
+            vertices: pair.tables.vertices_of(hull),
+            corners: pair.tables.corners_of(face),
+            normal: face.normal(),
+            offset: face.plane.w,
+            rotation,
+            shift,
+        }
+    }
+
+    /// Start of the side `k` of the reference face and its unit normal, which points away from the face.
+    fn side(&self, k: usize) -> (Vec3, Vec3) {
+        let at = |k: usize| self.vertices[self.corners[k] as usize].truncate();
+        let (start, end) = (at(k), at(if k + 1 < self.corners.len() { k + 1 } else { 0 }));
+        (start, (end - start).cross(self.normal).normalize_or_zero())
+    }
+
+    /// A face of the other hull, in the reference hull's frame.
+    fn polygon(&self, face: &Face) -> Polygon {
+        let vertices = self.pair.tables.vertices_of(self.pair.hull(1 - self.reference));
+        let mut polygon = Polygon::EMPTY;
+        for &corner in self.pair.tables.corners_of(face) {
+            polygon.push(self.rotation * vertices[corner as usize].truncate() + self.shift);
+        }
+        polygon
+    }
+
+    /// What of a face of the other hull lies over the reference face (Sutherland–Hodgman).
+    fn clipped(&self, face: &Face) -> Polygon {
+        let mut polygon = self.polygon(face);
+        for k in 0..self.corners.len() {
+            let (start, outward) = self.side(k);
+            let limit = outward.dot(start);
+            let beyond = |p: Vec3| outward.dot(p) - limit;
+            if polygon.corners[..polygon.count].iter().all(|&p| beyond(p) <= CLIP_TOLERANCE) {
+                continue;
+            }
+            let mut kept = Polygon::EMPTY;
+            let mut from = polygon.corners[polygon.count.max(1) - 1];
+            let mut from_beyond = beyond(from);
+            for &to in &polygon.corners[..polygon.count] {
+                let to_beyond = beyond(to);
+                if (from_beyond > CLIP_TOLERANCE) != (to_beyond > CLIP_TOLERANCE) {
+                    let share = (from_beyond / (from_beyond - to_beyond)).clamp(0.0, 1.0);
+                    kept.push(from + share * (to - from));
+                }
+                if to_beyond <= CLIP_TOLERANCE {
+                    kept.push(to);
+                }
+                (from, from_beyond) = (to, to_beyond);
+            }
+            polygon = kept;
+        }
+        polygon
+    }
+
+    /// Clips every face of the other hull that is turned against the reference face, and `incident` in any case.
+    fn faces(&self, incident: u32, margin: f32, out: &mut Manifold) {
+        let mut points = [Vec4::ZERO; MAX_COLLECTED];
+        let mut count = 0;
+        let facing = -(self.rotation.transpose() * self.normal).extend(0.0);
+        for (i, face) in self.pair.tables.faces_of(self.pair.hull(1 - self.reference)).iter().enumerate() {
+            if i as u32 != incident && facing.dot(face.plane) < INCIDENT_COSINE {
+                continue;
+            }
+            if count > MAX_MANIFOLD_POINTS {
+                count = self.thin(&mut points, count);
+            }
+            let polygon = self.clipped(face);
+            for &p in &polygon.corners[..polygon.count] {
+                let separation = self.normal.dot(p) - self.offset;
+                // Neighbouring faces share corners.
+                let again = |q: &Vec4| q.truncate().distance_squared(p) < CLIP_TOLERANCE * CLIP_TOLERANCE;
+                if separation <= margin && !points[..count].iter().any(again) {
+                    points[count] = p.extend(separation);
+                    count += 1;
+                }
+            }
+        }
+        if count > MAX_MANIFOLD_POINTS {
+            count = self.thin(&mut points, count);
+        }
+        if count > 0 {
+            let normal = self.pair.poses[self.reference].rotation * self.normal;
+            out.normal = if self.reference == 0 { normal } else { -normal };
+            points[..count].iter().for_each(|p| self.put(p.truncate(), p.w, out));
+        }
+    }
+
+    /// Keeps `MAX_MANIFOLD_POINTS` of the points (w: separation).
+    fn thin(&self, points: &mut [Vec4; MAX_COLLECTED], count: usize) -> usize {
+        let kept = reduce(count, |i| (points[i].truncate(), points[i].w), self.normal);
+        let all = *points;
+        for (to, &from) in points.iter_mut().zip(kept.indices()) {
+            *to = all[from as usize];
+        }
+        kept.indices().len()
+    }
+
+    /// Adds a point of the other hull, in the reference hull's frame.
+    fn put(&self, point: Vec3, separation: f32, out: &mut Manifold) {
+        let pose = self.pair.poses[self.reference];
+        let (on_other, on_reference) = (pose.point(point), pose.point(point - self.normal * separation));
+        let (on_a, on_b) = if self.reference == 0 { (on_reference, on_other) } else { (on_other, on_reference) };
+        out.slots[out.count as usize] = ManifoldPoint { on_a, on_b, separation };
+        out.count += 1;
+    }
+
+    /// The contact of two hulls apart that do not overlap when seen along the axis: the nearest points of the outlines
+    /// of the two faces.
+    fn nearest_edges(&self, incident: u32, axis: Vec3, margin: f32, out: &mut Manifold) {
+        let face = &self.pair.tables.faces_of(self.pair.hull(1 - self.reference))[incident as usize];
+        let polygon = self.polygon(face);
+        let at = |k: usize| self.vertices[self.corners[k % self.corners.len()] as usize].truncate();
+        let (mut least, mut nearest) = (f32::INFINITY, (Vec3::ZERO, Vec3::ZERO));
+        for k in 0..self.corners.len() {
+            for l in 0..polygon.count {
+                let other = [polygon.corners[l], polygon.corners[(l + 1) % polygon.count]];
+                let (p, q) = nearest_on_segments([at(k), at(k + 1)], other);
+                let square = p.distance_squared(q);
+                if square < least {
+                    (least, nearest) = (square, (p, q));
+                }
+            }
+        }
+        let pose = self.pair.poses[self.reference];
+        let (p, q) = (pose.point(nearest.0), pose.point(nearest.1));
+        let (on_a, on_b) = if self.reference == 0 { (p, q) } else { (q, p) };
+        single_point(on_a, on_b, axis, margin, out);
+    }
+
+    /// The contact of two hulls that overlap although the two faces do not lie over each other: the vertex of the other
+    /// hull deepest along the axis.
+    fn deepest_vertex(&self, axis: Vec3, distance: f32, out: &mut Manifold) {
+        let pose = self.pair.poses[self.reference];
+        let inward = if self.reference == 0 { -axis } else { axis };
+        let local = self.rotation.transpose() * (pose.rotation.conjugate() * inward);
+        let vertices = self.pair.tables.vertices_of(self.pair.hull(1 - self.reference));
+        let (mut deepest, mut high) = (Vec3::ZERO, f32::NEG_INFINITY);
+        for v in vertices {
+            let along = local.dot(v.truncate());
+            if along > high {
+                (deepest, high) = (v.truncate(), along);
+            }
+        }
+        let on_other = pose.point(self.rotation * deepest + self.shift);
+        let on_reference = on_other + inward * distance;
+        let (on_a, on_b) = if self.reference == 0 { (on_reference, on_other) } else { (on_other, on_reference) };
+        out.slots[0] = ManifoldPoint { on_a, on_b, separation: distance };
+        out.count = 1;
+    }
+}

@@ -1,0 +1,77 @@
+//! Chooses the few of many contact points that support a body as well as all of them.
+
+use super::MAX_MANIFOLD_POINTS;
+use crate::world::constants::{GAP_PENALTY, SAME_POINT};
+use glam::{Vec2, Vec3};
+
+/// Directions in which the farthest point is kept: unit vectors at equal angles, turned so that neither boxes nor regular
+/// polygons are aligned with them.
+const DIRECTIONS: [Vec2; MAX_MANIFOLD_POINTS] = [
+    Vec2::new(0.955_336, 0.295_520),
+    Vec2::new(0.466_559, 0.884_490),
+    Vec2::new(-0.295_520, 0.955_336),
+    Vec2::new(-0.884_490, 0.466_559),
+    Vec2::new(-0.955_336, -0.295_520),
+    Vec2::new(-0.466_559, -0.884_490),
+    Vec2::new(0.295_520, -0.955_336),
+    Vec2::new(0.884_490, -0.466_559),
+];
+
+/// Chosen points, as indices into what was offered.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Selection {
+    count: usize,
+    indices: [u16; MAX_MANIFOLD_POINTS],
+}
+
+impl Selection {
+    /// The indices, counter-clockwise against the normal.
+    pub fn indices(&self) -> &[u16] {
+        &self.indices[..self.count]
+    }
+}
+
+/// Chooses at most `MAX_MANIFOLD_POINTS` of `count` points, each given as position and separation (m): the farthest one
+/// across `normal` in each of as many fixed directions.
+///
+/// Directions and preferences are fixed, so that the same points are kept in the same order from step to step and keep
+/// their impulses. A point with a gap counts as nearer by `GAP_PENALTY` times its gap beyond the deepest: what touches
+/// bears. Points closer than `SAME_POINT` are one.
+pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) -> Selection {
+    let mut chosen = Selection::default();
+    if count == 0 {
+        return chosen;
+    }
+    let [u, v] = tangents(normal);
+    let deepest = (0..count).map(|i| point(i).1).fold(f32::INFINITY, f32::min);
+    let mut reach = [f32::NEG_INFINITY; MAX_MANIFOLD_POINTS];
+    let mut farthest = [0u16; MAX_MANIFOLD_POINTS];
+    for i in 0..count {
+        let (p, separation) = point(i);
+        let flat = Vec2::new(u.dot(p), v.dot(p));
+        let penalty = GAP_PENALTY * (separation - deepest);
+        for k in 0..MAX_MANIFOLD_POINTS {
+            let distance = DIRECTIONS[k].dot(flat) - penalty;
+            if distance > reach[k] + SAME_POINT {
+                (reach[k], farthest[k]) = (distance, i as u16);
+            }
+        }
+    }
+    for index in farthest {
+        let p = point(index as usize).0;
+        let near = |kept: &u16| point(*kept as usize).0.distance_squared(p) < SAME_POINT * SAME_POINT;
+        if !chosen.indices().iter().any(near) {
+            chosen.indices[chosen.count] = index;
+            chosen.count += 1;
+        }
+    }
+    chosen
+}
+
+/// Two unit vectors that make a right-handed frame with `normal`. Unlike the common branch-free formula it has no jump at
+/// upright normals, where most contacts are.
+pub fn tangents(normal: Vec3) -> [Vec3; 2] {
+    let side = if normal.x.abs() < 0.8 { Vec3::X } else { Vec3::Z };
+    let u = (side - normal * normal.dot(side)).normalize();
+    [u, normal.cross(u)]
+}

@@ -1,0 +1,342 @@
+//! The separating-axis search that the shader runs, in A's frame.
+//!
+//! The axis of least overlap of two convex polyhedra is a face normal of A, a face normal of B, or a common normal of an
+//! edge of each whose arcs on the Gauss map cross (Gregorius, "The separating axis test", GDC 2013). Three things keep
+//! the search short. The axis of the last step is tried first. As soon as one axis separates by more than asked, the
+//! search ends. And with c, r a ball inside the other hull, the separation along n is at most n · (c − p) − r for any p
+//! that supports this hull along n, so that most faces and edges are ruled out without looking at a vertex.
+
+use super::twin_tables::{Lanes, Planes, TwinHull, TwinTables};
+use super::{Feature, HullPair, PairCache, Separation};
+use crate::world::constants::{
+    AXIS_BIAS, AXIS_BIAS_RELATIVE, COHERENT_DEPTH, COPLANAR_DISTANCE, LINEAR_SLOP, MAX_HULL_EDGES, MAX_HULL_FACES,
+    MAX_HULL_VERTICES, PARALLEL_SINE,
+};
+use crate::world::{Edge, HullTables};
+use glam::{Mat3, Vec3, Vec4};
+
+const VERTEX_GROUPS: usize = MAX_HULL_VERTICES.div_ceil(4);
+const PLANE_GROUPS: usize = MAX_HULL_FACES.div_ceil(4);
+
+/// The search, with its tables of all hulls of a world.
+#[derive(Clone, Debug)]
+pub struct Twin {
+    tables: TwinTables,
+}
+
+/// An axis in A's frame and the separation along it, m.
+#[derive(Clone, Copy)]
+struct Axis {
+    distance: f32,
+    normal: Vec3,
+    feature: Feature,
+}
+
+/// What the search returns when one axis separates by more than asked.
+struct Apart(Feature);
+
+impl Twin {
+    /// Tables for the hulls of a world.
+    pub fn new(tables: &HullTables) -> Self {
+        Self { tables: TwinTables::new(tables) }
+    }
+
+    /// See `Separator::separation`.
+    pub fn separation(&self, pair: &HullPair, margin: f32, cache: &mut PairCache) -> Option<Separation> {
+        let frame = Frame::new(&self.tables, pair, margin)?;
+        let world = |axis: Axis| Separation {
+            distance: axis.distance,
+            normal: pair.poses[0].rotation * axis.normal,
+            feature: axis.feature,
+        };
+        let cached = cache.feature().and_then(|feature| frame.evaluate(feature));
+        if let Some(axis) = cached {
+            if axis.distance > margin {
+                return None;
+            }
+            if axis.distance >= -COHERENT_DEPTH {
+                return Some(world(axis));
+            }
+        }
+        match frame.search(cached, margin, AXIS_BIAS, AXIS_BIAS_RELATIVE) {
+            Ok(axis) => {
+                *cache = PairCache::store(axis.feature);
+                Some(world(axis))
+            }
+            Err(Apart(feature)) => {
+                *cache = PairCache::store(feature);
+                None
+            }
+        }
+    }
+
+    /// See `Separator::depth`.
+    pub fn depth(&self, pair: &HullPair, ignored: f32) -> f32 {
+        let Some(frame) = Frame::new(&self.tables, pair, 0.0) else { return 0.0 };
+        frame.search(None, -ignored, 0.0, 0.0).map_or(0.0, |axis| (-axis.distance).max(0.0))
+    }
+}
+
+/// Both hulls and the motion that takes B's frame into A's.
+struct Frame<'a> {
+    pair: &'a HullPair<'a>,
+    tables: &'a TwinTables,
+    a: &'a TwinHull,
+    b: &'a TwinHull,
+    rotation: Mat3,
+    shift: Vec3,
+}
+
+impl<'a> Frame<'a> {
+    /// `None` if the balls around the hulls are farther apart than `margin` or a pose is not finite.
+    fn new(tables: &'a TwinTables, pair: &'a HullPair<'a>, margin: f32) -> Option<Self> {
+        let (rotation, shift) = pair.other_to(0);
+        let (hull_a, hull_b) = (pair.hull(0), pair.hull(1));
+        let reach = hull_a.radius + hull_b.radius + margin;
+        let near = (rotation * hull_b.center + shift - hull_a.center).length_squared() <= reach * reach;
+        let [a, b] = pair.hulls.map(|h| &tables.hulls[h as usize]);
+        near.then_some(Self { pair, tables, a, b, rotation, shift })
+    }
+
+    fn edges(&self, side: usize) -> &'a [Edge] {
+        self.pair.tables.edges_of(self.pair.hull(side))
+    }
+
+    /// Start and direction (unit) of an edge in its body's frame.
+    fn edge(&self, side: usize, edge: &Edge) -> (Vec3, Vec3) {
+        let vertices = self.pair.tables.vertices_of(self.pair.hull(side));
+        let [p, q] = edge.vertices.map(|v| vertices[v as usize].truncate());
+        (p, (q - p).normalize_or_zero())
+    }
+
+    /// Separation along a unit axis, from all vertices.
+    fn along(&self, axis: Vec3) -> f32 {
+        let axis_b = self.rotation.transpose() * axis;
+        lowest(self.tables.vertices_of(self.b), axis_b)
+            + axis.dot(self.shift)
+            + lowest(self.tables.vertices_of(self.a), -axis)
+    }
+
+    /// The axis of a feature at the present poses; `None` if edges are parallel or no longer support their hulls.
+    fn evaluate(&self, feature: Feature) -> Option<Axis> {
+        let faces = |side: usize| self.pair.tables.faces_of(self.pair.hull(side));
+        let normal = match feature {
+            Feature::FaceA(i) => faces(0)[i as usize].normal(),
+            Feature::FaceB(j) => -(self.rotation * faces(1)[j as usize].normal()),
+            Feature::Edges(i, j) => {
+                let (p, u) = self.edge(0, &self.edges(0)[i as usize]);
+                let (q, v) = self.edge(1, &self.edges(1)[j as usize]);
+                let cross = u.cross(self.rotation * v);
+                let axis = cross.normalize_or_zero();
+                let axis = if axis.dot(p - self.a.center) < 0.0 { -axis } else { axis };
+                let between = axis.dot(self.rotation * q + self.shift - p);
+                let distance = self.along(axis);
+                let supported =
+                    between - distance <= LINEAR_SLOP && cross.length_squared() > PARALLEL_SINE * PARALLEL_SINE;
+                return supported.then_some(Axis { distance, normal: axis, feature });
+            }
+            Feature::Points { .. } => return None,
+        };
+        Some(Axis { distance: self.along(normal), normal, feature })
+    }
+
+    /// The axis of largest separation, or one that separates by more than `stop`. Faces of A are preferred to faces of
+    /// B, and faces to edges, by `bias` plus a share `relative` of the depth.
+    fn search(&self, cached: Option<Axis>, stop: f32, bias: f32, relative: f32) -> Result<Axis, Apart> {
+        let preference = |distance: f32| bias + relative * (-distance).max(0.0);
+        // Whatever is worse than the cached axis by more than both preferences cannot win.
+        let floor = cached.map_or(f32::NEG_INFINITY, |c| c.distance - 2.0 * preference(c.distance) - LINEAR_SLOP);
+
+        let planes_a = self.tables.planes_of(self.a);
+        let vertices_a = self.tables.vertices_of(self.a);
+        let mut planes_b = [Planes::default(); PLANE_GROUPS];
+        let mut vertices_b = [Lanes::default(); VERTEX_GROUPS];
+        let planes_b = &mut planes_b[..self.b.plane_groups as usize];
+        let vertices_b = &mut vertices_b[..self.b.vertex_groups as usize];
+        for (to, from) in planes_b.iter_mut().zip(self.tables.planes_of(self.b)) {
+            let normal = from.normal.rotated(&self.rotation);
+            *to = Planes { normal, offset: from.offset + normal.dot(self.shift) };
+        }
+        for (to, from) in vertices_b.iter_mut().zip(self.tables.vertices_of(self.b)) {
+            *to = from.rotated(&self.rotation).shifted(self.shift);
+        }
+        let center_b = self.rotation * self.b.center + self.shift;
+
+        let mut heights_a = [Vec4::ZERO; PLANE_GROUPS];
+        let (mut best, index) =
+            best_face(planes_a, vertices_b, center_b, self.b.inner_radius, floor, stop, &mut heights_a);
+        let mut feature = index.map(Feature::FaceA);
+        if best > stop {
+            return Err(Apart(Feature::FaceA(index.unwrap_or(0))));
+        }
+        let mut heights_b = [Vec4::ZERO; PLANE_GROUPS];
+        let threshold = if feature.is_some() { best + preference(best) } else { floor };
+        let (distance, index) =
+            best_face(planes_b, vertices_a, self.a.center, self.a.inner_radius, threshold, stop, &mut heights_b);
+        if let Some(j) = index {
+            (best, feature) = (distance, Some(Feature::FaceB(j)));
+            if distance > stop {
+                return Err(Apart(Feature::FaceB(j)));
+            }
+        }
+        let threshold = if feature.is_some() { best + preference(best) } else { floor };
+        if let Some(edges) = self.best_edges(planes_b, vertices_b, &heights_a, &heights_b, threshold, stop) {
+            return if edges.distance > stop { Err(Apart(edges.feature)) } else { Ok(edges) };
+        }
+        let normal = |feature: Feature| match feature {
+            Feature::FaceA(i) => planes_a[i as usize / 4].normal.lane(i as usize % 4),
+            Feature::FaceB(j) => -planes_b[j as usize / 4].normal.lane(j as usize % 4),
+            _ => Vec3::Y,
+        };
+        match (feature, cached) {
+            (Some(feature), _) => Ok(Axis { distance: best, normal: normal(feature), feature }),
+            (None, Some(axis)) => Ok(axis),
+            // Only where a pose is not a number.
+            (None, None) => Err(Apart(Feature::FaceA(0))),
+        }
+    }
+
+    /// The edge pair whose axis separates most, if by more than `threshold`, or the first that separates by more than
+    /// `stop`.
+    fn best_edges(
+        &self,
+        planes_b: &[Planes],
+        vertices_b: &[Lanes],
+        heights_a: &[Vec4; PLANE_GROUPS],
+        heights_b: &[Vec4; PLANE_GROUPS],
+        threshold: f32,
+        stop: f32,
+    ) -> Option<Axis> {
+        let (edges_a, edges_b) = (self.edges(0), self.edges(1));
+        let mut list_a = [0_u8; MAX_HULL_EDGES];
+        let mut list_b = [0_u8; MAX_HULL_EDGES];
+        let list_a = self.facing_edges(0, heights_a, self.b.inner_radius + threshold, &mut list_a);
+        let list_b = self.facing_edges(1, heights_b, self.a.inner_radius + threshold, &mut list_b);
+        let faces_a = self.pair.tables.faces_of(self.pair.hull(0));
+        let normal_b = |face: u32| planes_b[face as usize / 4].normal.lane(face as usize % 4);
+        let vertex_b = |vertex: u32| vertices_b[vertex as usize / 4].lane(vertex as usize % 4);
+
+        let mut best: Option<Axis> = None;
+        let mut least = threshold;
+        for group in list_b.chunks(4) {
+            let pick = |k: usize| &edges_b[group[k.min(group.len() - 1)] as usize];
+            let left_b = Lanes::gather(|k| normal_b(pick(k).faces[0]));
+            let right_b = Lanes::gather(|k| normal_b(pick(k).faces[1]));
+            let start_b = Lanes::gather(|k| vertex_b(pick(k).vertices[0]));
+            let edge_b =
+                Lanes::gather(|k| (vertex_b(pick(k).vertices[1]) - vertex_b(pick(k).vertices[0])).normalize_or_zero());
+            for &i in list_a {
+                let edge = &edges_a[i as usize];
+                let (start, direction) = self.edge(0, edge);
+                let [left, right] = edge.faces.map(|f| faces_a[f as usize].normal());
+                // The arcs left–right of A and of B, the latter turned round, must cross on the Gauss map.
+                let (left_side, right_side) = (left_b.dot(direction), right_b.dot(direction));
+                let (near_side, far_side) = (edge_b.dot(left), edge_b.dot(right));
+                let crossing = (left_side * right_side).cmplt(Vec4::ZERO)
+                    & (near_side * far_side).cmplt(Vec4::ZERO)
+                    & (left_side * far_side).cmplt(Vec4::ZERO);
+                if !crossing.any() {
+                    continue;
+                }
+                let cross = edge_b.crossed_by(direction);
+                let square = cross.dot_lanes(&cross);
+                let outward = cross.dot(left + right);
+                let gap = cross.dot_lanes(&start_b.shifted(-start));
+                for k in 0..group.len() {
+                    let (square, sign) = (square[k], if outward[k] < 0.0 { -1.0 } else { 1.0 });
+                    if !crossing.test(k) || square < PARALLEL_SINE * PARALLEL_SINE {
+                        continue;
+                    }
+                    let length = square.sqrt();
+                    if sign * gap[k] <= least * length {
+                        continue;
+                    }
+                    let normal = cross.lane(k) * (sign / length);
+                    // Nearly parallel edges leave the axis uncertain: only the vertices tell what it separates.
+                    let distance = lowest(vertices_b, normal) + lowest(self.tables.vertices_of(self.a), -normal);
+                    if distance > least {
+                        least = distance;
+                        let feature = Feature::Edges(u32::from(i), u32::from(group[k]));
+                        best = Some(Axis { distance, normal, feature });
+                        if distance > stop {
+                            return best;
+                        }
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    /// Edges of `side` that can carry an axis on which the other hull's ball reaches `limit` (m) or farther. `heights`
+    /// are the ball's centre over the faces.
+    fn facing_edges<'l>(
+        &self,
+        side: usize,
+        heights: &[Vec4; PLANE_GROUPS],
+        limit: f32,
+        list: &'l mut [u8; MAX_HULL_EDGES],
+    ) -> &'l [u8] {
+        let hull = self.pair.hull(side);
+        let cosines = &self.tables.edge_cosines[hull.first_edge as usize..][..hull.edge_count as usize];
+        // Merged faces lie up to this far outside their edges.
+        let limit = limit - COPLANAR_DISTANCE;
+        let mut count = 0;
+        for (i, (edge, &cosine)) in self.edges(side).iter().zip(cosines).enumerate() {
+            let [left, right] = edge.faces.map(|f| heights[f as usize / 4][f as usize % 4]);
+            // The height over the arc between the two normals peaks inside the arc, or at one of its ends.
+            let (toward_left, toward_right) = (left - cosine * right, right - cosine * left);
+            let peak = toward_left > 0.0
+                && toward_right > 0.0
+                && left * toward_left + right * toward_right > limit * limit * (1.0 - cosine * cosine);
+            list[count] = i as u8;
+            count += usize::from(left.max(right) > limit || peak);
+        }
+        &list[..count]
+    }
+}
+
+/// The least dot product of `direction` with any of the vertices.
+#[inline(always)]
+fn lowest(vertices: &[Lanes], direction: Vec3) -> f32 {
+    vertices.iter().fold(Vec4::INFINITY, |low, v| low.min(v.dot(direction))).min_element()
+}
+
+/// The plane over which the vertices lie highest, if higher than `floor`, and how high; or the first over which they lie
+/// higher than `stop`. `center` and `inner` are the ball inside the vertices' hull; its centre's heights over the planes
+/// go to `heights`.
+fn best_face(
+    planes: &[Planes],
+    vertices: &[Lanes],
+    center: Vec3,
+    inner: f32,
+    floor: f32,
+    stop: f32,
+    heights: &mut [Vec4; PLANE_GROUPS],
+) -> (f32, Option<u32>) {
+    let mut peak = Vec4::NEG_INFINITY;
+    for (height, plane) in heights.iter_mut().zip(planes) {
+        *height = plane.normal.dot(center) - plane.offset;
+        peak = peak.max(*height);
+    }
+    let peak = Vec4::splat(peak.max_element());
+    // The plane farthest from the centre first: it is often the best one and rules out the others.
+    let start = heights[..planes.len()].iter().position(|h| h.cmpge(peak).any()).unwrap_or(0);
+    let (mut best, mut index) = (floor, None);
+    for turn in 0..planes.len() {
+        let group = if start + turn < planes.len() { start + turn } else { start + turn - planes.len() };
+        let Planes { normal, offset } = &planes[group];
+        for k in 0..4 {
+            if heights[group][k] - inner > best {
+                let distance = lowest(vertices, normal.lane(k)) - offset[k];
+                if distance > best {
+                    (best, index) = (distance, Some((4 * group + k) as u32));
+                    if distance > stop {
+                        return (best, index);
+                    }
+                }
+            }
+        }
+    }
+    (best, index)
+}

@@ -1,0 +1,151 @@
+//! Hulls as the separating-axis search reads them: four vertices or planes to a register, and what prunes the search.
+
+use crate::world::HullTables;
+use glam::{Mat3, Vec3, Vec4};
+
+/// Four vectors, one per lane.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lanes {
+    pub x: Vec4,
+    pub y: Vec4,
+    pub z: Vec4,
+}
+
+impl Lanes {
+    /// Four vectors from their numbers 0 to 3.
+    #[inline(always)]
+    pub fn gather(vector: impl Fn(usize) -> Vec3) -> Self {
+        let v = [vector(0), vector(1), vector(2), vector(3)];
+        Self {
+            x: Vec4::from_array(v.map(|v| v.x)),
+            y: Vec4::from_array(v.map(|v| v.y)),
+            z: Vec4::from_array(v.map(|v| v.z)),
+        }
+    }
+
+    /// The four dot products with `v`.
+    #[inline(always)]
+    pub fn dot(&self, v: Vec3) -> Vec4 {
+        self.x * v.x + self.y * v.y + self.z * v.z
+    }
+
+    /// The vectors turned by `rotation`.
+    #[inline(always)]
+    pub fn rotated(&self, rotation: &Mat3) -> Self {
+        let Mat3 { x_axis: a, y_axis: b, z_axis: c } = rotation;
+        Self {
+            x: self.x * a.x + self.y * b.x + self.z * c.x,
+            y: self.x * a.y + self.y * b.y + self.z * c.y,
+            z: self.x * a.z + self.y * b.z + self.z * c.z,
+        }
+    }
+
+    /// The vectors shifted by `v`.
+    #[inline(always)]
+    pub fn shifted(&self, v: Vec3) -> Self {
+        Self { x: self.x + v.x, y: self.y + v.y, z: self.z + v.z }
+    }
+
+    /// The four dot products, lane by lane.
+    #[inline(always)]
+    pub fn dot_lanes(&self, other: &Self) -> Vec4 {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// `v` × each vector.
+    #[inline(always)]
+    pub fn crossed_by(&self, v: Vec3) -> Self {
+        Self { x: self.z * v.y - self.y * v.z, y: self.x * v.z - self.z * v.x, z: self.y * v.x - self.x * v.y }
+    }
+
+    /// Vector of one lane.
+    #[inline(always)]
+    pub fn lane(&self, k: usize) -> Vec3 {
+        Vec3::new(self.x[k], self.y[k], self.z[k])
+    }
+}
+
+/// Four planes `normal · x = offset`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Planes {
+    pub normal: Lanes,
+    pub offset: Vec4,
+}
+
+/// Where a hull's groups of four lie, and a ball inside it.
+#[derive(Clone, Copy, Debug)]
+pub struct TwinHull {
+    pub first_vertices: u32,
+    pub vertex_groups: u32,
+    pub first_planes: u32,
+    pub plane_groups: u32,
+    /// Centre of the ball, body frame, m.
+    pub center: Vec3,
+    /// Radius of the ball, m.
+    pub inner_radius: f32,
+}
+
+/// The search's tables of all hulls of a world.
+#[derive(Clone, Debug, Default)]
+pub struct TwinTables {
+    pub hulls: Vec<TwinHull>,
+    /// The last group of a hull is filled with its last vertex.
+    pub vertices: Vec<Lanes>,
+    /// The last group of a hull is filled with its last plane.
+    pub planes: Vec<Planes>,
+    /// Cosine between the two faces of each edge, as in `HullTables::edges`.
+    pub edge_cosines: Vec<f32>,
+}
+
+impl TwinTables {
+    pub fn new(tables: &HullTables) -> Self {
+        let mut out = Self::default();
+        for hull in &tables.hulls {
+            let (vertices, faces) = (tables.vertices_of(hull), tables.faces_of(hull));
+            // The mean of the face centres lies well inside even where vertices crowd on one side.
+            let center = faces
+                .iter()
+                .map(|f| {
+                    let corners = tables.corners_of(f);
+                    corners.iter().map(|&c| vertices[c as usize].truncate()).sum::<Vec3>() / corners.len().max(1) as f32
+                })
+                .sum::<Vec3>()
+                / faces.len().max(1) as f32;
+            let inner_radius =
+                faces.iter().map(|f| f.plane.w - f.normal().dot(center)).fold(f32::INFINITY, f32::min).max(0.0);
+            out.hulls.push(TwinHull {
+                first_vertices: out.vertices.len() as u32,
+                vertex_groups: vertices.len().div_ceil(4) as u32,
+                first_planes: out.planes.len() as u32,
+                plane_groups: faces.len().div_ceil(4) as u32,
+                center,
+                inner_radius,
+            });
+            for first in (0..vertices.len()).step_by(4) {
+                out.vertices.push(Lanes::gather(|k| vertices[(first + k).min(vertices.len() - 1)].truncate()));
+            }
+            for first in (0..faces.len()).step_by(4) {
+                let face = |k: usize| &faces[(first + k).min(faces.len() - 1)];
+                out.planes.push(Planes {
+                    normal: Lanes::gather(|k| face(k).normal()),
+                    offset: Vec4::new(face(0).plane.w, face(1).plane.w, face(2).plane.w, face(3).plane.w),
+                });
+            }
+            out.edge_cosines.extend(
+                tables
+                    .edges_of(hull)
+                    .iter()
+                    .map(|e| faces[e.faces[0] as usize].normal().dot(faces[e.faces[1] as usize].normal())),
+            );
+        }
+        out
+    }
+
+    pub fn vertices_of(&self, hull: &TwinHull) -> &[Lanes] {
+        &self.vertices[hull.first_vertices as usize..][..hull.vertex_groups as usize]
+    }
+
+    pub fn planes_of(&self, hull: &TwinHull) -> &[Planes] {
+        &self.planes[hull.first_planes as usize..][..hull.plane_groups as usize]
+    }
+}
