@@ -7,11 +7,12 @@ use rest3d_gpu::cpu::search::{CpuSearch, Record, Rollout};
 use rest3d_gpu::optimize::{
     Checkpoint, Config, Event, ObjectOutcome, Observer, OptimizeError, Outcome, ResultFrom, run,
 };
-use rest3d_gpu::scene::{self, Object, Parent, Root, Scene};
+use rest3d_gpu::scene::{self, Parent, Root, Scene};
 use rest3d_gpu::shape::{MassProperties, Part, Shape};
 use rest3d_gpu::world::{
     Backend, BackendError, Flow, Pose, STATIC, Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
 };
+use serde_json::json;
 use std::sync::Mutex;
 
 /// A simulator without forces: in a rollout everything that moves slides by `slide`; elsewhere it keeps still, but for
@@ -114,13 +115,13 @@ impl Observer for Watch {
 /// A scene of boxes, built object by object.
 #[derive(Default)]
 struct Boxes {
-    objects: Vec<Object>,
+    objects: Vec<Stored>,
     shapes: Vec<Shape>,
 }
 
 impl Boxes {
     /// A box of this size standing with its lowest face at the given place.
-    fn add(&mut self, name: &str, parent: Parent, size: Vec3, foot: DVec3) -> usize {
+    fn add(&mut self, name: &'static str, parent: Parent, size: Vec3, foot: DVec3) -> usize {
         let half = 0.5 * size;
         let corner =
             |i: usize| half * Vec3::new((i & 1) as f32 - 0.5, (i >> 1 & 1) as f32 - 0.5, (i >> 2) as f32 - 0.5) * 2.0;
@@ -136,17 +137,39 @@ impl Boxes {
         let rotation = DQuat::from_rotation_y(-0.4);
         let middle = foot + DVec3::Y * f64::from(half.y);
         let pose = scene::Pose { rotation, translation: middle - rotation * center.as_dvec3() };
-        self.objects.push(object(name, parent, pose));
+        self.objects.push(Stored { name, parent, pose, movable: true });
         self.objects.len() - 1
     }
 
+    /// The scene as a file says it, with poses that no decimal rounds.
     fn scene(&self) -> Scene {
-        Scene { objects: self.objects.clone() }
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("box.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        let parent = |parent| match parent {
+            Parent::Object(i) => self.objects[i].name,
+            WALL => "wall",
+            _ => "ground",
+        };
+        let objects: Vec<_> = (self.objects.iter())
+            .map(|o| json!({"name": o.name, "mesh": "box.obj", "parent": parent(o.parent), "movable": o.movable}))
+            .collect();
+        let file = folder.path().join("scene.json");
+        let document = json!({"format": "rest3d-scene", "version": 1, "objects": objects});
+        std::fs::write(&file, document.to_string()).unwrap();
+        let mut scene = Scene::read(&file).unwrap();
+        for (object, stored) in scene.objects.iter_mut().zip(&self.objects) {
+            object.pose = stored.pose;
+        }
+        scene
     }
 }
 
-fn object(name: &str, parent: Parent, pose: scene::Pose) -> Object {
-    Object { name: name.into(), category: String::new(), pose, scale: DVec3::ONE, parent, movable: true, mass: None }
+/// What a test says of an object.
+struct Stored {
+    name: &'static str,
+    parent: Parent,
+    pose: scene::Pose,
+    movable: bool,
 }
 
 const GROUND: Parent = Parent::Root(Root::Ground);
@@ -420,7 +443,7 @@ fn lost_support_is_seen() {
     let outcome = simple(&boxes, &Fake::default(), &frozen());
     let lost: Vec<&str> = (boxes.objects.iter().zip(&outcome.objects))
         .filter(|(_, outcome)| outcome.lost_support)
-        .map(|(object, _)| object.name.as_str())
+        .map(|(object, _)| object.name)
         .collect();
     assert_eq!(lost, ["far", "on the floor", "floats"]);
 }

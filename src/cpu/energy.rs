@@ -50,6 +50,6 @@ pub fn penetration(depths: &[f32], weights: &EnergyWeights) -> f32 {
     let excess = depths.iter().map(|depth| depth - TOUCHING_DEPTH).filter(|excess| *excess > 0.0);
     match weights.penetration_mode {
         PenetrationMode::Count => excess.count() as f32,
-        PenetrationMode::Depth => excess.map(|excess| excess / weights.penetration_depth_unit).sum(),
+        PenetrationMode::Depth => excess.fold(0.0, |sum, excess| sum + excess / weights.penetration_depth_unit),
     }
 }

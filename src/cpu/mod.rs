@@ -75,17 +75,27 @@ impl Backend for CpuBackend {
         settings: &'a SearchSettings,
         stream: Stream,
     ) -> Result<Box<dyn Search + 'a>, BackendError> {
-        let simulation = &settings.simulation;
-        let narrow = Separator::new(simulation.narrow_phase, &world.hulls);
-        Ok(Box::new(CpuSearch::new(world, settings, stream, Simulator { world, simulation, narrow })))
+        let simulator = Simulator::new(world, &settings.simulation);
+        Ok(Box::new(CpuSearch::new(world, settings, stream, simulator)))
+    }
+
+    fn search_bytes(&self, world: &World, candidates: u32) -> u64 {
+        search::bytes(world, candidates)
     }
 }
 
 /// The rollout of a candidate by this backend's kernels.
-struct Simulator<'a> {
+pub struct Simulator<'a> {
     world: &'a World,
     simulation: &'a SimSettings,
     narrow: Separator,
+}
+
+impl<'a> Simulator<'a> {
+    /// Prepares what all candidates share.
+    pub fn new(world: &'a World, simulation: &'a SimSettings) -> Self {
+        Self { world, simulation, narrow: Separator::new(simulation.narrow_phase, &world.hulls) }
+    }
 }
 
 impl Rollout for Simulator<'_> {

@@ -57,6 +57,12 @@ struct Winner {
     candidate: u32,
 }
 
+/// About how many bytes a search holds: numbers for every candidate, simulation slots for every thread.
+pub fn bytes(world: &World, candidates: u32) -> u64 {
+    let row = 4 * world.dimensions() + size_of::<Energy>() + size_of::<Status>() + 8;
+    (u64::from(candidates) + 1) * row as u64 + rayon::current_num_threads() as u64 * world.slot_bytes()
+}
+
 /// A search over the units of one world with any simulator.
 pub struct CpuSearch<'a, R: Rollout> {
     world: &'a World,
