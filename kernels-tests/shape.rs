@@ -1,7 +1,10 @@
 //! Convex parts, mass and cache, on the shared meshes.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
+use parry3d::bounding_volume::BoundingVolume as _;
+use parry3d::math::Pose3;
+use parry3d::shape::{ConvexPolyhedron, Shape as _};
 use rest3d_gpu::shape::{Cache, Quality, Shape, ShapeRequest, ShapeSettings, build_shapes, part_budget};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -102,4 +105,109 @@ fn quality_table() {
     report("top", &|q| q.uncovered_top_mm);
     report("unc95", &|q| q.uncovered_p95_mm);
     println!("seconds {:.1}", all.iter().map(|o| o.2).sum::<f32>());
+}
+
+/// In the true layouts no two meshes intersect, so the parts should hardly overlap:
+/// `cargo test --release --test shape -- --ignored --nocapture truth_overlaps`. Prints the worst pairs of each scene.
+#[test]
+#[ignore = "a minute or two"]
+fn truth_overlaps() {
+    let Some(objects) = objects() else { return };
+    let scenes = objects.join("../scenes");
+    let only = std::env::var("ONLY").unwrap_or_default();
+    let cache = tempfile::tempdir().unwrap();
+    let cache = Cache::new(cache.path());
+    let mut depths: Vec<f32> = Vec::new();
+    let mut pairs = 0;
+    for name in [
+        "bedroom",
+        "deep_interpenetration",
+        "dining_room",
+        "living_room",
+        "minimal",
+        "office",
+        "study",
+        "tabletop_desk",
+        "wall_ceiling",
+    ] {
+        if !only.is_empty() && !only.split(',').any(|o| name.starts_with(o)) {
+            continue;
+        }
+        let text = std::fs::read_to_string(scenes.join(name).join("truth.json")).unwrap();
+        let scene: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let list = scene["objects"].as_array().unwrap();
+        let numbers = |v: &serde_json::Value| -> Vec<f32> {
+            v.as_array()
+                .map(|a| a.iter().map(|x| x.as_f64().unwrap() as f32).collect())
+                .unwrap_or_else(|| vec![v.as_f64().unwrap() as f32])
+        };
+        let requests: Vec<ShapeRequest> = list
+            .iter()
+            .map(|o| ShapeRequest {
+                name: o["name"].as_str().unwrap().into(),
+                category: o["category"].as_str().unwrap().into(),
+                mesh: scenes.join(name).join(o["mesh"].as_str().unwrap()),
+                scale: Vec3::splat(numbers(&o["scale"])[0]),
+                mass: None,
+                convex_parts: Vec::new(),
+                up: Vec3::Y,
+            })
+            .collect();
+        let start = Instant::now();
+        let shapes = build_shapes(&requests, &ShapeSettings::default(), Some(&cache), &|_, _, _| ()).unwrap();
+        let first = start.elapsed().as_secs_f32();
+        let start = Instant::now();
+        let again = build_shapes(&requests, &ShapeSettings::default(), Some(&cache), &|_, _, _| ()).unwrap();
+        println!("{name}: {} objects, {first:.1} s, again {:.3} s", list.len(), start.elapsed().as_secs_f32());
+        assert_eq!(shapes, again);
+        let world: Vec<Vec<ConvexPolyhedron>> = list
+            .iter()
+            .zip(&shapes)
+            .map(|(o, s)| {
+                let rotation = Quat::from_slice(&numbers(&o["rotation_xyzw"])).normalize();
+                let position = Vec3::from_slice(&numbers(&o["position"]));
+                s.parts
+                    .iter()
+                    .map(|p| {
+                        let points: Vec<Vec3> = p.vertices.iter().map(|v| rotation * *v + position).collect();
+                        ConvexPolyhedron::from_convex_hull(&points).unwrap()
+                    })
+                    .collect()
+            })
+            .collect();
+        let identity = Pose3::IDENTITY;
+        let mut found: Vec<(f32, String)> = Vec::new();
+        for i in 0..world.len() {
+            for j in 0..i {
+                pairs += 1;
+                let mut deepest = 0.0_f32;
+                for a in &world[i] {
+                    for b in &world[j] {
+                        if a.compute_local_aabb().intersects(&b.compute_local_aabb())
+                            && let Ok(Some(c)) = parry3d::query::contact(&identity, a, &identity, b, 0.0)
+                        {
+                            deepest = deepest.max(-c.dist);
+                        }
+                    }
+                }
+                if deepest > 0.0 {
+                    depths.push(1e3 * deepest);
+                    found.push((1e3 * deepest, format!("{} {}", requests[i].name, requests[j].name)));
+                }
+            }
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (depth, pair) in found.iter().filter(|f| f.0 > 1.0).take(8) {
+            println!("  {depth:7.2} mm {pair}");
+        }
+    }
+    let over = |limit: f32| depths.iter().filter(|d| **d > limit).count();
+    println!(
+        "{pairs} pairs: {} overlap, {} by more than 1 mm, {} than 2 mm, {} than 5 mm, {} than 20 mm",
+        depths.len(),
+        over(1.0),
+        over(2.0),
+        over(5.0),
+        over(20.0)
+    );
 }

@@ -162,12 +162,14 @@ fn words(category: &str) -> impl DoubleEndedIterator<Item = String> {
 
 /// Whether `word` is `name`, its plural, or a compound that ends in it ("armchair", but not "tablet" for "table").
 fn matches(word: &str, name: &str) -> bool {
-    let singular = match word {
-        "shelves" => "shelf",
-        "leaves" => "leaf",
-        w => w.strip_suffix("es").filter(|s| *s == name).or_else(|| w.strip_suffix('s')).unwrap_or(w),
+    // "shelves" and "leaves" have lost their f.
+    let singular = match word.strip_suffix("ves") {
+        Some(stem) => format!("{stem}f"),
+        None => word.strip_suffix('s').unwrap_or(word).to_owned(),
     };
-    [word, singular].iter().any(|w| *w == name || (name.len() > 3 && w.ends_with(name)))
+    [word, &singular, word.strip_suffix("es").unwrap_or(word)]
+        .iter()
+        .any(|w| *w == name || (name.len() > 3 && w.ends_with(name)))
 }
 
 #[cfg(test)]

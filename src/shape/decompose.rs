@@ -29,11 +29,13 @@ pub(super) fn decompose(
     if solid.protrusion(&whole.hull).1 <= CONVEX * whole.hull.volume() {
         return vec![finish(&whole.hull)];
     }
-    let enough = settings.accuracy * whole.bulge;
-    let most = (settings.oversplit * budget as f32) as usize;
+    // A layer of this depth over the whole hull, shared by the parts.
+    let layer = 0.5 * settings.accuracy * settings.accuracy * whole.hull.area();
+    let enough = layer / budget as f32;
+    let most = ((settings.oversplit * budget as f32) as usize).min(settings.max_pieces).max(budget);
     let mut best: Option<(f32, Vec<Hull>)> = None;
     let mut consider = |pieces: Vec<Piece>| {
-        let pieces = split(pieces, solid, levels.up, most.max(budget), enough);
+        let pieces = split(pieces, solid, levels.up, most, enough);
         let (groups, bulge) = merge(&pieces, solid, budget, enough);
         if best.as_ref().is_none_or(|b| bulge < b.0) {
             let hulls = groups

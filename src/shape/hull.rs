@@ -80,6 +80,13 @@ impl Hull {
         (six / 6.0) as f32
     }
 
+    /// Surface, m².
+    pub fn area(&self) -> f32 {
+        let corner = |i: u32| self.vertices[i as usize];
+        let twice = |t: &[u32; 3]| (corner(t[1]) - corner(t[0])).cross(corner(t[2]) - corner(t[0])).length();
+        0.5 * self.triangles.iter().map(twice).sum::<f32>()
+    }
+
     /// Least extent along a face normal, m.
     pub fn thickness(&self) -> f32 {
         let along = |n: &Vec4| self.vertices.iter().map(|v| n.w - n.truncate().dot(*v)).fold(0.0, f32::max);

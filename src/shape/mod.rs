@@ -37,7 +37,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 1";
+const ALGORITHM: &str = "shape 2";
 /// `up` within this cosine of an axis of the mesh means that axis: input poses are tilted, meshes seldom.
 const UP_SNAP: f32 = 0.8;
 
@@ -90,7 +90,9 @@ pub struct ShapeSettings {
     pub cells: usize,
     /// Pieces are cut for each part of the budget, before merging.
     pub oversplit: f32,
-    /// Share of the whole hull's bulge below which a piece is not cut any more, nor a merge avoided.
+    /// Most pieces before merging.
+    pub max_pieces: usize,
+    /// Depth of a layer of free space, spread over the whole object, that is not worth more parts, m.
     pub accuracy: f32,
     /// Meshes of more connected components are only cut as a whole.
     pub max_components: usize,
@@ -107,7 +109,8 @@ impl Default for ShapeSettings {
         Self {
             cells: 400_000,
             oversplit: 4.0,
-            accuracy: 1e-5,
+            max_pieces: 72,
+            accuracy: 1e-3,
             max_components: 128,
             soft_vertices: 32,
             max_vertices: 64,
@@ -129,17 +132,15 @@ pub enum ShapeError {
         /// What is wrong with the file.
         source: MeshError,
     },
-    /// A mesh without a triangle, or with numbers that are not finite.
-    #[error("object \"{object}\", field \"{field}\": {} {problem}: export it again with its triangles", file.display())]
-    Unusable {
+    /// The scale makes the mesh so large that its coordinates are no numbers any more.
+    #[error("object \"{object}\", field \"scale\": {scale} times {} is not finite: use a smaller scale", file.display())]
+    Scale {
         /// Name of the object.
         object: String,
-        /// `mesh` or `convex_parts`.
-        field: &'static str,
-        /// The file.
+        /// Its scale.
+        scale: Vec3,
+        /// The mesh or part file.
         file: PathBuf,
-        /// What is wrong.
-        problem: &'static str,
     },
 }
 
@@ -179,9 +180,9 @@ pub fn build_shapes(
 }
 
 fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&Cache>) -> Result<Shape, ShapeError> {
-    let mesh = read(request, "mesh", &request.mesh)?;
+    let mesh = read_scaled(request, "mesh", &request.mesh)?;
     let given: Vec<Mesh> =
-        request.convex_parts.iter().map(|file| read(request, "convex_parts", file)).collect::<Result<_, _>>()?;
+        request.convex_parts.iter().map(|file| read_scaled(request, "convex_parts", file)).collect::<Result<_, _>>()?;
     let up = snapped(request.up);
     let budget = part_budget(&request.category).min(settings.max_parts).max(1);
     let mut key = Key::default();
@@ -211,21 +212,14 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
 }
 
 /// Reads a mesh and scales it to metres.
-fn read(request: &ShapeRequest, field: &'static str, file: &PathBuf) -> Result<Mesh, ShapeError> {
+fn read_scaled(request: &ShapeRequest, field: &'static str, file: &PathBuf) -> Result<Mesh, ShapeError> {
     let mut mesh =
         read_mesh(file).map_err(|source| ShapeError::Read { object: request.name.clone(), field, source })?;
-    let unusable = |problem| ShapeError::Unusable { object: request.name.clone(), field, file: file.clone(), problem };
     for v in &mut mesh.vertices {
         *v *= request.scale;
     }
-    if mesh.triangles.is_empty() {
-        return Err(unusable("has no triangles"));
-    }
-    if mesh.triangles.iter().flatten().any(|&i| i as usize >= mesh.vertices.len()) {
-        return Err(unusable("names vertices that it does not have"));
-    }
     if !mesh.vertices.iter().all(|v| v.is_finite()) {
-        return Err(unusable("has vertices that are not finite"));
+        return Err(ShapeError::Scale { object: request.name.clone(), scale: request.scale, file: file.clone() });
     }
     Ok(mesh)
 }

@@ -10,9 +10,12 @@ use super::hull::Hull;
 use glam::Vec3;
 use parry3d::query::PointQuery;
 use parry3d::shape::Triangle;
+use std::collections::BinaryHeap;
 
-/// Weight of hollows that nothing can get into: not solid, but no object can be there either.
-const ENCLOSED: f32 = 0.1;
+/// Weight of free space above a surface of the object: things stand there. Below it is mostly legs and air.
+const ABOVE: f32 = 2.0;
+/// A hollow whose entrance is narrower than this share of it (a bottle, a teapot, slots in a housing) is filled.
+const ENTRANCE: f32 = 0.4;
 
 /// The grid. Cells are ordered with axis `order[0]` fastest: the longest, so that columns are few.
 pub(super) struct Solid {
@@ -22,6 +25,7 @@ pub(super) struct Solid {
     order: [usize; 3],
     inside: Vec<bool>,
     free: Vec<bool>,
+    above: Vec<bool>,
     /// Running sums along the columns, one longer than the column: of distance · weight, m.
     bulge: Vec<f32>,
     /// The same of the free volume, cells.
@@ -47,6 +51,7 @@ impl Solid {
             order,
             inside: Vec::new(),
             free: Vec::new(),
+            above: Vec::new(),
             bulge: Vec::new(),
             open: Vec::new(),
         };
@@ -64,6 +69,8 @@ impl Solid {
             })
             .collect();
         let distance = solid.distances(&near);
+        solid.close_narrow(&distance);
+        solid.above = solid.things_below(&near, up);
         solid.sum_columns(&distance);
         solid
     }
@@ -74,7 +81,7 @@ impl Solid {
     }
 
     /// Number of cells.
-    pub fn len(&self) -> usize {
+    pub fn cells(&self) -> usize {
         self.inside.len()
     }
 
@@ -82,6 +89,14 @@ impl Solid {
     pub fn index(&self, point: Vec3) -> usize {
         let at = (point - self.origin) / self.cell;
         self.flat([0, 1, 2].map(|i| (at[i].max(0.0) as usize).min(self.size[i] - 1)))
+    }
+
+    /// The cells whose centres lie in a box.
+    pub fn cells_within(&self, low: Vec3, high: Vec3) -> impl Iterator<Item = usize> + use<'_> {
+        let first = ((low - self.origin) / self.cell - 0.5).ceil().max(Vec3::ZERO);
+        let last = ((high - self.origin) / self.cell - 0.5).floor();
+        let range = move |i: usize| first[i] as usize..((last[i] + 1.0).max(0.0) as usize).min(self.size[i]);
+        range(2).flat_map(move |z| range(1).flat_map(move |y| range(0).map(move |x| self.flat([x, y, z]))))
     }
 
     /// Centre of a cell.
@@ -158,29 +173,42 @@ impl Solid {
             let last = ((high[axis] - self.origin[axis]) / self.cell - 0.5).floor().max(-1.0) as isize;
             first..((last + 1).max(0) as usize).min(self.size[axis])
         };
-        let length = self.size[a] as f32;
-        // Planes in cell units: na · x ≤ d − nb · y − nc · z, with the coordinates in cells from the origin.
-        let planes: Vec<[f32; 4]> =
-            hull.planes.iter().map(|n| [n[a], n[b], n[c], (n.w - n.truncate().dot(self.origin)) / self.cell]).collect();
+        // Every plane bounds x by k0 + k1 · y + k2 · z, from above or below, all in cells.
+        let (mut above, mut below, mut across) = (Vec::new(), Vec::new(), Vec::new());
+        for n in &hull.planes {
+            let d = (n.w - n.truncate().dot(self.origin)) / self.cell;
+            if n[a].abs() <= 1e-5 {
+                across.push([d, -n[b], -n[c]]);
+            } else {
+                let k = [d / n[a], -n[b] / n[a], -n[c] / n[a]];
+                if n[a] > 0.0 { above.push(k) } else { below.push(k) }
+            }
+        }
+        let rows = range(b);
+        let first = rows.start as f32 + 0.5;
+        let (mut from, mut to) = (vec![0.0_f32; rows.len()], vec![0.0_f32; rows.len()]);
         for z in range(c) {
-            for y in range(b) {
-                let (fy, fz) = (y as f32 + 0.5, z as f32 + 0.5);
-                let (mut from, mut to) = (0.0_f32, length);
-                for n in &planes {
-                    let rest = n[3] - n[1] * fy - n[2] * fz;
-                    if n[0] > 1e-6 {
-                        to = to.min(rest / n[0]);
-                    } else if n[0] < -1e-6 {
-                        from = from.max(rest / n[0]);
-                    } else if rest < 0.0 {
-                        to = -1.0;
-                    }
-                    if to <= from {
-                        break;
-                    }
-                }
-                if to > from {
-                    visit((z * self.size[b] + y) * (self.size[a] + 1), from, to);
+            let fz = z as f32 + 0.5;
+            from.fill(0.0);
+            to.fill(self.size[a] as f32);
+            // Straight loops over a row, so that the compiler can use wide instructions.
+            for k in &above {
+                let start = k[0] + k[2] * fz + k[1] * first;
+                to.iter_mut().enumerate().for_each(|(i, t)| *t = t.min(start + k[1] * i as f32));
+            }
+            for k in &below {
+                let start = k[0] + k[2] * fz + k[1] * first;
+                from.iter_mut().enumerate().for_each(|(i, f)| *f = f.max(start + k[1] * i as f32));
+            }
+            for k in &across {
+                let start = k[0] + k[2] * fz + k[1] * first;
+                to.iter_mut()
+                    .enumerate()
+                    .for_each(|(i, t)| *t = if start + k[1] * (i as f32) < 0.0 { -1.0 } else { *t });
+            }
+            for (i, y) in rows.clone().enumerate() {
+                if to[i] > from[i] {
+                    visit((z * self.size[b] + y) * (self.size[a] + 1), from[i], to[i]);
                 }
             }
         }
@@ -305,29 +333,92 @@ impl Solid {
         reached
     }
 
-    /// Distance of every cell centre to the surface, m (Felzenszwalb and Huttenlocher's transform, from `near`).
+    /// Distance of every cell centre to the surface, m.
     fn distances(&self, near: &[f32]) -> Vec<f32> {
         let mut squared: Vec<f32> = near.iter().map(|d| (d / self.cell).powi(2).min(1e12)).collect();
+        self.transform(&mut squared);
+        squared.into_iter().map(|s| s.sqrt() * self.cell).collect()
+    }
+
+    /// Replaces every value f(p) by min over q of |p − q|² + f(q), in cells (Felzenszwalb and Huttenlocher 2012).
+    fn transform(&self, values: &mut [f32]) {
         for axis in 0..3 {
             let length = self.size[axis];
-            let mut stride = 1;
-            for &o in &self.order {
-                if o == axis {
-                    break;
-                }
-                stride *= self.size[o];
-            }
+            let stride: usize = self.order.iter().take_while(|o| **o != axis).map(|&o| self.size[o]).product();
             let mut line = vec![0.0; length];
-            for start in (0..squared.len()).filter(|i| i / stride % length == 0) {
+            for start in (0..values.len()).filter(|i| i / stride % length == 0) {
                 for (k, value) in line.iter_mut().enumerate() {
-                    *value = squared[start + k * stride];
+                    *value = values[start + k * stride];
                 }
                 for (k, value) in lower_envelope(&line).into_iter().enumerate() {
-                    squared[start + k * stride] = value;
+                    values[start + k * stride] = value;
                 }
             }
         }
-        squared.into_iter().map(|s| s.sqrt() * self.cell).collect()
+    }
+
+    /// Takes hollows behind narrow entrances out of the free space.
+    ///
+    /// The widest way from outside to a cell has a clearance at its narrowest point; where the cell itself has much
+    /// more room than that, it and the ball of room around it are a closed hollow.
+    fn close_narrow(&mut self, distance: &[f32]) {
+        let mut widest = vec![0.0_f32; self.free.len()];
+        let mut queue: BinaryHeap<(u32, usize)> = BinaryHeap::new();
+        for i in 0..self.free.len() {
+            let c = self.unflat(i);
+            if self.free[i] && (0..3).any(|a| c[a] == 0 || c[a] + 1 == self.size[a]) {
+                widest[i] = distance[i];
+                // Distances are not negative: their bits are in the same order.
+                queue.push((distance[i].to_bits(), i));
+            }
+        }
+        while let Some((bits, i)) = queue.pop() {
+            let way = f32::from_bits(bits);
+            if way < widest[i] {
+                continue;
+            }
+            let next: Vec<usize> = self.neighbours(i).filter(|&n| self.free[n]).collect();
+            for n in next {
+                let through = way.min(distance[n]);
+                if through > widest[n] {
+                    widest[n] = through;
+                    queue.push((through.to_bits(), n));
+                }
+            }
+        }
+        // Below two cells an entrance is not resolved.
+        let closed = |i: usize| self.free[i] && distance[i] > 2.0 * self.cell && widest[i] < ENTRANCE * distance[i];
+        let mut room: Vec<f32> =
+            (0..widest.len()).map(|i| if closed(i) { -(distance[i] / self.cell).powi(2) } else { 1e12 }).collect();
+        if room.iter().any(|r| *r < 0.0) {
+            self.transform(&mut room);
+            for (free, room) in self.free.iter_mut().zip(room) {
+                *free &= room > 0.0;
+            }
+        }
+    }
+
+    /// For every cell whether some of the surface lies below it.
+    fn things_below(&self, near: &[f32], up: Vec3) -> Vec<bool> {
+        let mut below = vec![false; near.len()];
+        let Some(axis) = (0..3).find(|&i| up[i].abs() > 0.5) else {
+            return below;
+        };
+        let length = self.size[axis];
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        for x in 0..self.size[u] {
+            for y in 0..self.size[v] {
+                let mut met = false;
+                for k in 0..length {
+                    let mut c = [0; 3];
+                    (c[axis], c[u], c[v]) = (if up[axis] > 0.0 { k } else { length - 1 - k }, x, y);
+                    let i = self.flat(c);
+                    below[i] = met;
+                    met |= near[i].is_finite();
+                }
+            }
+        }
+        below
     }
 
     fn sum_columns(&mut self, distance: &[f32]) {
@@ -338,10 +429,8 @@ impl Solid {
             self.open.push(open);
             for i in column * length..(column + 1) * length {
                 if self.free[i] {
-                    bulge += distance[i];
+                    bulge += distance[i] * if self.above[i] { ABOVE } else { 1.0 };
                     open += 1.0;
-                } else if !self.inside[i] {
-                    bulge += ENCLOSED * distance[i];
                 }
                 self.bulge.push(bulge);
                 self.open.push(open);

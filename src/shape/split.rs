@@ -47,13 +47,20 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
             done.push(piece);
             break;
         }
-        match best_cut(&piece, solid, up) {
-            Some((normal, offset)) => {
+        let sides: Vec<Piece> = best_cut(&piece, solid, up)
+            .map(|(normal, offset)| {
                 let (below, above) = clip(&piece.triangles, normal, offset);
-                let sides = [below, above].into_iter().flat_map(|side| connected(side, solid, normal, offset));
-                pieces.extend(sides.filter_map(|side| Piece::new(side, solid)));
-            }
-            None => done.push(piece),
+                [below, above]
+                    .into_iter()
+                    .flat_map(|side| connected(side, solid, normal, offset))
+                    .filter_map(|side| Piece::new(side, solid))
+                    .collect()
+            })
+            .unwrap_or_default();
+        if sides.len() < 2 {
+            done.push(piece);
+        } else {
+            pieces.extend(sides);
         }
     }
     done.extend(pieces);
@@ -63,13 +70,14 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
 /// The plane `normal · x = offset` whose two sides bulge least.
 fn best_cut(piece: &Piece, solid: &Solid, up: Vec3) -> Option<(Vec3, f32)> {
     let probes = directions(42);
+    let wire = Wire::new(&piece.triangles);
     let mut best: Option<(f32, Vec3, f32)> = None;
     let (u, v) = up.any_orthonormal_pair();
     let (u, v) = if u.abs().max_element() > 0.999 { (u, v) } else { (Vec3::X, Vec3::Z) };
     let diagonals = [(u + v).normalize(), (u - v).normalize()];
     for normal in Vec3::AXES.into_iter().chain(diagonals) {
         for offset in candidates(piece, normal, solid.cell()) {
-            let (below, above) = sides(&piece.triangles, normal, offset);
+            let (below, above) = wire.sides(normal, offset);
             let (Some(below), Some(above)) = (Hull::coarse(&below, &probes), Hull::coarse(&above, &probes)) else {
                 continue;
             };
@@ -109,27 +117,71 @@ fn candidates(piece: &Piece, normal: Vec3, cell: f32) -> Vec<f32> {
     even.chain(facets.into_iter().map(|f| f.1)).filter(|a| *a > low + margin && *a < high - margin).collect()
 }
 
-/// Points of the clipped triangles on both sides of a plane.
-fn sides(triangles: &[[Vec3; 3]], normal: Vec3, offset: f32) -> (Vec<Vec3>, Vec<Vec3>) {
-    let (mut below, mut above) = (Vec::new(), Vec::new());
-    for t in triangles {
-        let d = t.map(|p| normal.dot(p) - offset);
-        for k in 0..3 {
-            let (p, q, dp, dq) = (t[k], t[(k + 1) % 3], d[k], d[(k + 1) % 3]);
-            if dp <= 0.0 {
-                below.push(p);
+/// The vertices and edges of a set of triangles, each once.
+struct Wire {
+    vertices: Vec<Vec3>,
+    edges: Vec<[u32; 2]>,
+}
+
+impl Wire {
+    fn new(triangles: &[[Vec3; 3]]) -> Self {
+        let (corners, count) = numbered(triangles);
+        let mut vertices = vec![Vec3::ZERO; count];
+        let mut edges = Vec::with_capacity(3 * triangles.len());
+        for (t, c) in triangles.iter().zip(&corners) {
+            for k in 0..3 {
+                vertices[c[k] as usize] = t[k];
+                edges.push([c[k].min(c[(k + 1) % 3]), c[k].max(c[(k + 1) % 3])]);
             }
-            if dp >= 0.0 {
-                above.push(p);
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        Self { vertices, edges }
+    }
+
+    /// Points of the surface on both sides of a plane, those in the plane on both.
+    fn sides(&self, normal: Vec3, offset: f32) -> (Vec<Vec3>, Vec<Vec3>) {
+        let heights: Vec<f32> = self.vertices.iter().map(|v| normal.dot(*v) - offset).collect();
+        let (mut below, mut above) = (Vec::new(), Vec::new());
+        for (v, h) in self.vertices.iter().zip(&heights) {
+            if *h <= 0.0 {
+                below.push(*v);
             }
-            if dp * dq < 0.0 {
-                let cut = p + (q - p) * (dp / (dp - dq));
+            if *h >= 0.0 {
+                above.push(*v);
+            }
+        }
+        for [i, j] in self.edges.iter().map(|e| e.map(|i| i as usize)) {
+            if heights[i] * heights[j] < 0.0 {
+                let share = heights[i] / (heights[i] - heights[j]);
+                let cut = self.vertices[i] + (self.vertices[j] - self.vertices[i]) * share;
                 below.push(cut);
                 above.push(cut);
             }
         }
+        (below, above)
     }
-    (below, above)
+}
+
+/// Vertex numbers of the triangles' corners, equal positions sharing one, and how many there are.
+fn numbered(triangles: &[[Vec3; 3]]) -> (Vec<[u32; 3]>, usize) {
+    // Adding zero makes −0 and 0 the same key.
+    let mut keyed: Vec<([u32; 3], u32)> = triangles
+        .as_flattened()
+        .iter()
+        .enumerate()
+        .map(|(i, p)| ((*p + Vec3::ZERO).to_array().map(f32::to_bits), i as u32))
+        .collect();
+    keyed.sort_unstable();
+    let mut corners = vec![[0; 3]; triangles.len()];
+    let mut count = 0;
+    for same in keyed.chunk_by(|a, b| a.0 == b.0) {
+        for (_, i) in same {
+            corners[*i as usize / 3][*i as usize % 3] = count;
+        }
+        count += 1;
+    }
+    (corners, count as usize)
 }
 
 /// Cuts triangles at a plane. A triangle within it goes to the side on which the solid is, against its normal.
@@ -177,26 +229,22 @@ fn connected(triangles: Vec<[Vec3; 3]>, solid: &Solid, normal: Vec3, offset: f32
     let mean = triangles.iter().map(|t| normal.dot(t[0] + t[1] + t[2]) / 3.0 - offset).sum::<f32>();
     let (low, high) = super::hull::bounds(triangles.as_flattened());
     let touched: Vec<Vec<usize>> = triangles.iter().map(|t| cells(t, solid)).collect();
-    let surface: BTreeSet<usize> = touched.iter().flatten().copied().collect();
-    let mut label: BTreeMap<usize, usize> = BTreeMap::new();
-    let open = |i: usize| {
-        let c = solid.center(i);
-        surface.contains(&i)
-            || (solid.is_inside(i)
-                && (normal.dot(c) - offset) * mean >= 0.0
-                && c.cmpge(low).all()
-                && c.cmple(high).all())
-    };
-    let mut count = 0;
-    let mut result: Vec<usize> = vec![usize::MAX; triangles.len()];
-    // Triangles that touch the same cell are one; flooding from the cells of the first unlabelled triangle, the
-    // cells of every triangle met are flooded too.
-    let mut by_cell: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for (t, cells) in touched.iter().enumerate() {
-        for &c in cells {
-            by_cell.entry(c).or_default().push(t);
+    // Triangles that touch a cell, sorted by cell.
+    let mut holders: Vec<(usize, usize)> =
+        touched.iter().enumerate().flat_map(|(t, cells)| cells.iter().map(move |&c| (c, t))).collect();
+    holders.sort_unstable();
+    const WALL: u8 = 0;
+    const OPEN: u8 = 1;
+    const SURFACE: u8 = 2;
+    let mut state = vec![WALL; solid.cells()];
+    for i in solid.cells_within(low, high) {
+        if solid.is_inside(i) && (normal.dot(solid.center(i)) - offset) * mean >= 0.0 {
+            state[i] = OPEN;
         }
     }
+    holders.iter().for_each(|h| state[h.0] = SURFACE);
+    let mut count = 0;
+    let mut result: Vec<usize> = vec![usize::MAX; triangles.len()];
     for first in 0..triangles.len() {
         if result[first] != usize::MAX {
             continue;
@@ -204,16 +252,20 @@ fn connected(triangles: Vec<[Vec3; 3]>, solid: &Solid, normal: Vec3, offset: f32
         result[first] = count;
         let mut stack: Vec<usize> = touched[first].clone();
         while let Some(i) = stack.pop() {
-            if label.insert(i, count).is_some() {
+            let was = std::mem::replace(&mut state[i], WALL);
+            if was == WALL {
                 continue;
             }
-            for &t in by_cell.get(&i).map(Vec::as_slice).unwrap_or_default() {
-                if result[t] == usize::MAX {
-                    result[t] = count;
-                    stack.extend(&touched[t]);
+            if was == SURFACE {
+                let start = holders.partition_point(|h| h.0 < i);
+                for &(_, t) in holders[start..].iter().take_while(|h| h.0 == i) {
+                    if result[t] == usize::MAX {
+                        result[t] = count;
+                        stack.extend(&touched[t]);
+                    }
                 }
             }
-            stack.extend(solid.neighbours(i).filter(|n| !label.contains_key(n) && open(*n)));
+            stack.extend(solid.neighbours(i).filter(|n| state[*n] != WALL));
         }
         count += 1;
     }
@@ -224,17 +276,22 @@ fn connected(triangles: Vec<[Vec3; 3]>, solid: &Solid, normal: Vec3, offset: f32
     groups
 }
 
-/// Cells that a triangle passes, by samples closer than a cell.
+/// Cells that a triangle passes, by samples closer than a cell, in rows along its longest edge.
 fn cells(t: &[Vec3; 3], solid: &Solid) -> Vec<usize> {
-    let longest = t[0].distance(t[1]).max(t[1].distance(t[2])).max(t[2].distance(t[0]));
-    let steps = (longest / (0.7 * solid.cell())).ceil().clamp(1.0, 400.0) as usize;
-    let mut cells: Vec<usize> = (0..=steps)
-        .flat_map(|i| (0..=steps - i).map(move |j| (i, j)))
-        .map(|(i, j)| {
-            let (a, b) = (i as f32 / steps as f32, j as f32 / steps as f32);
-            solid.index(t[0] + (t[1] - t[0]) * a + (t[2] - t[0]) * b)
-        })
-        .collect();
+    let length = [0, 1, 2].map(|k| t[k].distance(t[(k + 1) % 3]));
+    let k = (1..3).fold(0, |best, k| if length[k] > length[best] { k } else { best });
+    let (base, apex, origin) = (t[(k + 1) % 3] - t[k], t[(k + 2) % 3] - t[k], t[k]);
+    let height = base.cross(apex).length() / length[k].max(f32::MIN_POSITIVE);
+    let steps = |extent: f32| (extent / (0.7 * solid.cell())).ceil().max(1.0) as usize;
+    let rows = steps(height);
+    let mut cells = Vec::new();
+    for row in 0..=rows {
+        let v = row as f32 / rows as f32;
+        let columns = steps(length[k] * (1.0 - v));
+        cells.extend(
+            (0..=columns).map(|c| solid.index(origin + apex * v + base * ((1.0 - v) * c as f32 / columns as f32))),
+        );
+    }
     cells.sort_unstable();
     cells.dedup();
     cells
@@ -242,35 +299,22 @@ fn cells(t: &[Vec3; 3], solid: &Solid) -> Vec<usize> {
 
 /// Connected components of a mesh: triangles that share a vertex position.
 pub(super) fn components(triangles: &[[Vec3; 3]]) -> Vec<Vec<[Vec3; 3]>> {
-    let mut number: BTreeMap<[u32; 3], usize> = BTreeMap::new();
-    let mut parent: Vec<usize> = Vec::new();
-    fn root(parent: &mut [usize], mut i: usize) -> usize {
-        while parent[i] != i {
-            parent[i] = parent[parent[i]];
-            i = parent[i];
+    fn root(parent: &mut [u32], mut i: u32) -> u32 {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
         }
         i
     }
-    let corners: Vec<[usize; 3]> = triangles
-        .iter()
-        .map(|t| {
-            t.map(|p| {
-                // Adding zero makes −0 and 0 the same key.
-                let key = (p + Vec3::ZERO).to_array().map(f32::to_bits);
-                *number.entry(key).or_insert_with(|| {
-                    parent.push(parent.len());
-                    parent.len() - 1
-                })
-            })
-        })
-        .collect();
+    let (corners, count) = numbered(triangles);
+    let mut parent: Vec<u32> = (0..count as u32).collect();
     for c in &corners {
         for k in 1..3 {
             let (a, b) = (root(&mut parent, c[0]), root(&mut parent, c[k]));
-            parent[a.max(b)] = a.min(b);
+            parent[a.max(b) as usize] = a.min(b);
         }
     }
-    let mut groups: BTreeMap<usize, Vec<[Vec3; 3]>> = BTreeMap::new();
+    let mut groups: BTreeMap<u32, Vec<[Vec3; 3]>> = BTreeMap::new();
     for (t, c) in corners.iter().enumerate() {
         groups.entry(root(&mut parent, c[0])).or_default().push(triangles[t]);
     }
