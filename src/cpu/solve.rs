@@ -130,7 +130,7 @@ impl Solver {
             self.sweep_friction(settings.friction);
             self.sweep_normals(settings, h, None);
         }
-        self.integrate(bodies, poses);
+        self.integrate(bodies, poses, h * small_steps as f32);
         for ((moving, velocity), body) in self.bodies.iter().zip(velocities.iter_mut()).zip(bodies) {
             if !body.is_static() {
                 *velocity = moving.velocity;
@@ -312,17 +312,21 @@ impl Solver {
     }
 
     /// Writes the substep's motion into the poses. Angular momentum, not angular velocity, is carried over to the new
-    /// orientation.
-    fn integrate(&mut self, bodies: &[Body], poses: &mut [Pose]) {
+    /// orientation; the turn is corrected to the mean of both velocities (Heun), or a tumbling body would gain energy.
+    fn integrate(&mut self, bodies: &[Body], poses: &mut [Pose], dt: f32) {
         for ((moving, body), pose) in self.bodies.iter_mut().zip(bodies).zip(poses) {
             if body.is_static() {
                 continue;
             }
             let old = pose.rotation;
-            let new = (Quat::from_scaled_axis(moving.turn) * old).normalize();
+            let spin = moving.velocity.angular;
+            let momentum = old * ((old.conjugate() * spin) / body.inverse_inertia);
+            let turned = |turn: Vec3| (Quat::from_scaled_axis(turn) * old).normalize();
+            let spin_at = |rotation: Quat| rotation * ((rotation.conjugate() * momentum) * body.inverse_inertia);
+            let ahead = spin_at(turned(moving.turn));
+            let new = turned(moving.turn + 0.5 * dt * (ahead - spin));
             *pose = Pose::new(new, pose.translation + moving.shift);
-            let momentum = (old.conjugate() * moving.velocity.angular) / body.inverse_inertia;
-            moving.velocity.angular = new * ((new.conjugate() * (old * momentum)) * body.inverse_inertia);
+            moving.velocity.angular = spin_at(new);
         }
     }
 }

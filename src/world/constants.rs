@@ -16,6 +16,9 @@ pub const MAX_FACE_VERTICES: usize = 32;
 /// triangle, on which stacks creep. Too large: contacts beside the surface.
 pub const COPLANAR_DISTANCE: f32 = LINEAR_SLOP;
 
+/// The same as a share of the hull's radius, for hulls of millimetres: the smaller of the two holds.
+pub const COPLANAR_SHARE: f32 = 2e-3;
+
 /// Smallest cosine between two triangles that may share a face polygon (about 2.6°).
 pub const COPLANAR_COSINE: f32 = 0.999;
 

@@ -1,8 +1,8 @@
 //! Flat tables of convex hulls: vertices, face polygons, edges.
 
-use super::constants::{COPLANAR_COSINE, COPLANAR_DISTANCE, MAX_FACE_VERTICES};
+use super::constants::{COPLANAR_COSINE, COPLANAR_DISTANCE, COPLANAR_SHARE, MAX_FACE_VERTICES};
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use parry3d::transformation::try_convex_hull;
 use std::collections::BTreeMap;
 
@@ -82,16 +82,19 @@ impl HullTables {
     /// Adds the hull of `points` (body frame, m). Points without volume are ignored: `shape` has given every part a
     /// minimal thickness.
     pub fn push(&mut self, points: &[Vec3]) {
-        let Ok((vertices, triangles)) = try_convex_hull(points) else {
+        let Some((vertices, triangles)) = convex_hull(points) else {
             return;
         };
-        if vertices.len() < 4 || triangles.len() < 4 {
-            return;
-        }
-        let (faces, edges) = polygons(&vertices, &triangles);
         let (low, high) =
             vertices.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         let center = 0.5 * (low + high);
+        let radius = vertices.iter().map(|v| v.distance(center)).fold(0.0, f32::max);
+        // A hull thinner than the tolerance would become two faces back to back: then only what is exactly flat is joined.
+        let tolerance = COPLANAR_DISTANCE.min(COPLANAR_SHARE * radius);
+        let (mut faces, mut edges) = polygons(&vertices, &triangles, tolerance);
+        if faces.len() < 4 {
+            (faces, edges) = polygons(&vertices, &triangles, radius * f32::EPSILON);
+        }
         self.hulls.push(Hull {
             first_vertex: self.vertices.len() as u32,
             vertex_count: vertices.len() as u32,
@@ -99,7 +102,7 @@ impl HullTables {
             face_count: faces.len() as u32,
             first_edge: self.edges.len() as u32,
             edge_count: edges.len() as u32,
-            radius: vertices.iter().map(|v| v.distance(center)).fold(0.0, f32::max),
+            radius,
             pad: 0,
             center,
             pad1: 0.0,
@@ -140,10 +143,51 @@ impl HullTables {
     }
 }
 
+/// Corners and outward triangles of the convex hull; `None` for points without volume.
+///
+/// parry's hull takes a plate whose thickness is a thousandth of its length for a flat polygon. A linear map keeps
+/// convexity, so the hull is taken of points whose covariance has been made the identity.
+fn convex_hull(points: &[Vec3]) -> Option<(Vec<Vec3>, Vec<[u32; 3]>)> {
+    let mean = points.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / points.len().max(1) as f64;
+    let mut covariance = [[0.0; 3]; 3];
+    for d in points.iter().map(|p| (p.as_dvec3() - mean).to_array()) {
+        for (i, row) in covariance.iter_mut().enumerate() {
+            (0..3).for_each(|j| row[j] += d[i] * d[j] / points.len() as f64);
+        }
+    }
+    // Cholesky: covariance = L Lᵀ. Below f32's resolution there is no volume.
+    let mut l = [[0.0; 3]; 3];
+    let flat = (f64::from(f32::EPSILON) * f64::from(points.iter().map(|p| p.length()).fold(0.0, f32::max))).powi(2);
+    for i in 0..3 {
+        for j in 0..=i {
+            let rest = covariance[i][j] - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>();
+            if i == j && !(rest > flat) {
+                return None;
+            }
+            l[i][j] = if i == j { rest.sqrt() } else { rest / l[j][j] };
+        }
+    }
+    let white: Vec<Vec3> = points
+        .iter()
+        .map(|p| {
+            let d = p.as_dvec3() - mean;
+            let x = d.x / l[0][0];
+            let y = (d.y - l[1][0] * x) / l[1][1];
+            let z = (d.z - l[2][0] * x - l[2][1] * y) / l[2][2];
+            DVec3::new(x, y, z).as_vec3()
+        })
+        .collect();
+    let (vertices, triangles) = try_convex_hull(&white).ok()?;
+    let original = |v: &Vec3| white.iter().position(|w| w == v).map(|i| points[i]);
+    let vertices: Vec<Vec3> = vertices.iter().map(original).collect::<Option<_>>()?;
+    (vertices.len() >= 4 && triangles.len() >= 4).then_some((vertices, triangles))
+}
+
 type Polygons = (Vec<(Vec4, Vec<u32>)>, Vec<Edge>);
 
-/// Joins coplanar neighbouring triangles to polygons, largest triangle first, and lists the edges between polygons.
-fn polygons(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Polygons {
+/// Joins neighbouring triangles within `tolerance` (m) of one plane to polygons, largest triangle first, and lists the
+/// edges between polygons.
+fn polygons(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f32) -> Polygons {
     let corner = |t: usize, k: usize| vertices[triangles[t][k] as usize];
     let area_normal: Vec<Vec3> =
         (0..triangles.len()).map(|t| (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0))).collect();
@@ -179,7 +223,7 @@ fn polygons(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Polygons {
                 let Some(&t) = left.get(&[tri[(k + 1) % 3], tri[k]]) else {
                     continue;
                 };
-                let flat = (0..3).all(|k| (normal.dot(corner(t, k)) - offset).abs() <= COPLANAR_DISTANCE);
+                let flat = (0..3).all(|k| (normal.dot(corner(t, k)) - offset).abs() <= tolerance);
                 // A sliver has no normal of its own: lying in the plane is enough.
                 let aligned = area_normal[t].try_normalize().is_none_or(|n| n.dot(normal) >= COPLANAR_COSINE);
                 if face_of[t] == NONE && flat && aligned {

@@ -83,7 +83,7 @@ impl Reference {
     pub fn first_attempt_fails(&self, pair: &HullPair, margin: f32) -> bool {
         Query::new(pair).is_some_and(|query| {
             let first = query.ask(query.directions()[0], margin);
-            !first.is_some_and(|a| a.consistent)
+            !first.is_some_and(|a| a.consistent || a.along > margin * query.scale)
         })
     }
 }
