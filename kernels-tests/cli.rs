@@ -224,6 +224,30 @@ fn a_place_that_cannot_be_written_is_refused_before_the_work() {
     }
 }
 
+/// A limit on the size of a file fails a write as a full disk does: midway.
+#[cfg(unix)]
+#[test]
+fn a_failed_write_leaves_the_earlier_result_as_it_was() {
+    let case = Case::new(&table());
+    assert!(case.optimize("out", &TINY).status.success());
+    let before = tree(&case.path("out"));
+    let output = Command::new("sh")
+        .args(["-c", "trap '' XFSZ; ulimit -f 1; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_rest3d-gpu"), "optimize"])
+        .arg(case.folder.path())
+        .arg("-o")
+        .arg(case.path("out"))
+        .args(TINY)
+        .args(["--seed", "9"])
+        .env("REST3D_GPU_CACHE", cache())
+        .output()
+        .unwrap();
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("error: ") && message.contains("cannot be written"), "{message}");
+    assert!(output.stdout.is_empty());
+    assert!(tree(&case.path("out")) == before, "the earlier result changed");
+}
+
 #[test]
 fn the_input_is_never_replaced() {
     let case = Case::new(&table());
@@ -338,13 +362,13 @@ fn an_interrupted_run_leaves_its_best_and_resumes_to_the_same_bytes() {
     use std::io::{BufRead, BufReader};
 
     let case = Case::new(&table());
-    // A long search that nothing stops early.
+    // A search that nothing stops early, and long enough for the signal to arrive: seconds on one thread.
     let config = "[local]\ncandidates = 32\niterations = 4\nstop_energy = 0.0\n\
-                  [global]\ncandidates = 32\niterations = 30\nstop_energy = 0.0\n[settle]\nmax_seconds = 1.0\n";
+                  [global]\ncandidates = 32\niterations = 100\nstop_energy = 0.0\n[settle]\nmax_seconds = 1.0\n";
     fs::write(case.path("long.toml"), config).unwrap();
     let command = |out: &str| {
         let mut command = case.command("optimize");
-        command.arg("-o").arg(case.path(out)).arg("--config").arg(case.path("long.toml"));
+        command.arg("-o").arg(case.path(out)).arg("--config").arg(case.path("long.toml")).args(["--threads", "1"]);
         command
     };
     assert!(command("whole").output().unwrap().status.success());
