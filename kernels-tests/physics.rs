@@ -127,7 +127,11 @@ fn ten_boxes_stand() {
             s.cuboid(Vec3::splat(0.1), 1.0, Vec3::new(0.0, 0.1 + 0.2 * i as f32, 0.0), Quat::IDENTITY);
         }
         let (moved, turned, speed) = drift(&s, &settings, 120);
-        assert!(moved < 1e-3 && turned < 1e-3, "{:?} drift {moved} m, {turned} rad, speed {speed}", settings.narrow_phase);
+        assert!(
+            moved < 1e-3 && turned < 1e-3,
+            "{:?} drift {moved} m, {turned} rad, speed {speed}",
+            settings.narrow_phase
+        );
         assert!(speed < 1e-3, "still moving at {speed} m/s");
     }
 }
@@ -143,7 +147,11 @@ fn ten_octagonal_prisms_stand() {
             s.body(vec![prism(0.1, 0.1, 8)], 1.0, inertia, at);
         }
         let (moved, turned, speed) = drift(&s, &settings, 120);
-        assert!(moved < 1e-3 && turned < 1e-3, "{:?} drift {moved} m, {turned} rad, speed {speed}", settings.narrow_phase);
+        assert!(
+            moved < 1e-3 && turned < 1e-3,
+            "{:?} drift {moved} m, {turned} rad, speed {speed}",
+            settings.narrow_phase
+        );
         assert!(speed < 1e-3, "still moving at {speed} m/s");
     }
 }

@@ -173,7 +173,7 @@ impl Gatherer {
 
     /// Merges to at most `MAX_PATCHES` patches of at most `MAX_MANIFOLD_POINTS` points, the deepest first; empties
     /// the list.
-    pub fn merge(&mut self) -> impl Iterator<Item = &[Gathered]> {
+    pub fn merge(&mut self) {
         self.merged.clear();
         self.ends.clear();
         while self.ends.len() < MAX_PATCHES {
@@ -189,6 +189,10 @@ impl Gatherer {
             self.ends.push(self.merged.len());
         }
         self.points.clear();
+    }
+
+    /// The patches that `merge` made.
+    pub fn patches(&self) -> impl Iterator<Item = &[Gathered]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, &end)| &self.merged[start..end])
     }

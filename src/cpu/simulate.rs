@@ -170,7 +170,8 @@ impl Workspace {
         let patches = &self.old_contacts.patches;
         let first = *old + patches[*old..].iter().take_while(|patch| patch.pair < pair).count();
         *old = first + patches[first..].iter().take_while(|patch| patch.pair == pair).count();
-        for patch in self.gatherer.merge() {
+        self.gatherer.merge();
+        for patch in self.gatherer.patches() {
             self.contacts.push(pair, bodies, &self.poses, patch, &mut self.old_contacts, first..*old);
         }
     }

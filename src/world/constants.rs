@@ -10,7 +10,7 @@ pub const TOUCHING_DEPTH: f32 = 1e-3;
 pub const MAX_HULL_VERTICES: usize = 64;
 
 /// Most corners of a face polygon that clipping works on; larger polygons are thinned, supports are not.
-pub const MAX_FACE_VERTICES: usize = 32;
+pub const MAX_FACE_VERTICES: usize = 16;
 
 /// Faces of a hull whose vertices lie within this distance of one plane are one polygon, m. Too small: manifolds of one
 /// triangle, on which stacks creep. Too large: contacts beside the surface.
