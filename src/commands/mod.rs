@@ -20,8 +20,8 @@ use std::process::ExitCode;
 
 /// Turns a reconstructed 3D scene into one that stands still in a physics engine.
 ///
-/// SCENE is a scene.json or a folder that holds one. Exit codes: 0 done, 2 bad usage or bad input (nothing written),
-/// 1 any other failure.
+/// SCENE is a scene.json, a folder that holds one, or a REST3D stage2 folder. Exit codes: 0 done, 2 bad usage or bad
+/// input (nothing written), 1 any other failure.
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100)]
 pub struct Cli {

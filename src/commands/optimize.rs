@@ -20,7 +20,7 @@ use std::time::Instant;
 /// Leaves scene.json, parts/, report.json and energy.csv in DIR. Ctrl-C keeps the best layout so far; --resume goes on.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A scene.json, or a folder that holds one
+    /// A scene.json, a folder that holds one, or a REST3D stage2 folder
     scene: PathBuf,
     /// Folder for the result [default: out/<scene name>]
     #[arg(short, long = "output", value_name = "DIR")]

@@ -6,10 +6,15 @@ use rest3d_gpu::optimize::Event;
 use rest3d_gpu::world::Energy;
 use std::time::{Duration, Instant};
 
+/// One line: the bar and what is done.
+pub const SHORT: &str = "[{bar:20}] {wide_msg}";
+/// Two lines, so that 80 columns suffice.
+const LONG: &str = "[{bar:20}] {prefix}\n{wide_msg}";
+
 /// A bar over `total` of something; hidden where stderr is no terminal.
-pub fn bar(total: u64) -> ProgressBar {
+pub fn bar(total: u64, template: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("[{bar:20}] {wide_msg}") {
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("=> "));
     }
     bar
@@ -49,7 +54,7 @@ impl SearchProgress {
                 self.groups = (groups.iter().zip(*candidates))
                     .map(|(name, &candidates)| Group { name: name.clone(), candidates })
                     .collect();
-                self.bar = bar(candidates.iter().sum());
+                self.bar = bar(candidates.iter().sum(), LONG);
                 self.started = Instant::now();
                 self.line(&format!("search: {} groups, {memory}", groups.len()));
             }
@@ -61,12 +66,9 @@ impl SearchProgress {
                 self.bar.set_position(done);
                 let left = self.bar.length().unwrap_or(done).saturating_sub(done);
                 let left = time_left(self.started.elapsed(), self.simulated, left);
-                self.bar.set_message(format!(
-                    "{}, iteration {}/{iterations}, {}, {left} left",
-                    self.name(*group),
-                    stats.iteration + 1,
-                    terms(&stats.best)
-                ));
+                let name = self.name(*group);
+                self.bar.set_prefix(format!("{name}, iteration {}/{iterations}, {left} left", stats.iteration + 1));
+                self.bar.set_message(terms(&stats.best));
                 self.last = Some(Line { group: *group, iteration: stats.iteration + 1, best: stats.best });
             }
             Event::GroupDone { .. } => {
@@ -87,7 +89,8 @@ impl SearchProgress {
     }
 
     fn stage(&self, name: &str) {
-        self.bar.set_message(name.to_owned());
+        self.bar.set_prefix(name.to_owned());
+        self.bar.set_message("");
         self.line(name);
     }
 
@@ -108,7 +111,7 @@ fn terms(energy: &Energy) -> String {
         return "no usable candidate yet".into();
     }
     format!(
-        "energy {:.4} (stability {:.4}, velocity {:.4}, penetration {:.4}, layout {:.4})",
+        "energy {:.3}: stability {:.3}, velocity {:.3}, penetration {:.3}, layout {:.3}",
         energy.total, energy.stability, energy.velocity, energy.penetration, energy.layout
     )
 }

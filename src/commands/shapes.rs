@@ -20,7 +20,7 @@ pub fn make(scene: &Scene) -> Result<Vec<Shape>, Failure> {
         })
         .collect();
     let clock = Instant::now();
-    let bar = progress::bar(requests.len() as u64);
+    let bar = progress::bar(requests.len() as u64, progress::SHORT);
     let shapes =
         build_shapes(&requests, &ShapeSettings::default(), Cache::default_location().as_ref(), &|done, _, name| {
             bar.set_position(done as u64);

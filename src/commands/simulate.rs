@@ -17,7 +17,7 @@ use std::path::PathBuf;
 /// Poses are those of the objects, in the frame and unit of SCENE; velocities are those of their centres of mass.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A scene.json, or a folder that holds one
+    /// A scene.json, a folder that holds one, or a REST3D stage2 folder
     scene: PathBuf,
     /// Steps of 1/60 s
     #[arg(long, value_name = "L", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
