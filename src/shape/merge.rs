@@ -131,7 +131,11 @@ pub(super) fn merge(pieces: &[Piece], solid: &Solid, limits: &Limits) -> Merged 
         groups.push(right);
         exchange(&mut groups, &bulge, &near);
     };
-    Merged { bulge: groups.iter().map(|g| g.bulge).sum(), groups: groups.into_iter().map(|g| g.members).collect(), closed }
+    Merged {
+        bulge: groups.iter().map(|g| g.bulge).sum(),
+        groups: groups.into_iter().map(|g| g.members).collect(),
+        closed,
+    }
 }
 
 /// Which pieces are close to each other.

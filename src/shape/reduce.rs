@@ -11,9 +11,9 @@ use glam::Vec3;
 const TOLERANCE: f32 = 0.6e-3;
 /// Below this shortfall nothing is added at all, m.
 const NEGLIGIBLE: f32 = 0.1e-3;
-/// Shortfall at feet and tops that comes before any other, m, and how much more it weighs.
+/// Shortfall at feet and tops that weighs more than elsewhere, m, and how much more.
 const SUPPORT_TOLERANCE: f32 = 0.7e-3;
-const SUPPORT_WEIGHT: f32 = 20.0;
+const SUPPORT_WEIGHT: f32 = 3.0;
 
 /// The levels along `up` on which things stand: `low` under the object, `high` on top of it (m), with a tolerance.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +57,8 @@ pub(super) fn reduce(hull: &Hull, levels: &Levels, soft: usize, hard: usize) -> 
     chosen.sort_unstable();
     chosen.dedup();
     let supports: Vec<bool> = all.iter().map(|&v| levels.is_foot(v) || levels.is_top(v)).collect();
-    let weighed = |i: usize, short: f32| if supports[i] && short > SUPPORT_TOLERANCE { SUPPORT_WEIGHT * short } else { short };
+    let weighed =
+        |i: usize, short: f32| if supports[i] && short > SUPPORT_TOLERANCE { SUPPORT_WEIGHT * short } else { short };
     loop {
         let points: Vec<Vec3> = chosen.iter().map(|&i| all[i as usize]).collect();
         let Some(reduced) = Hull::new(&points) else {
