@@ -5,7 +5,7 @@
 
 use super::ShapeSettings;
 use super::hull::Hull;
-use super::merge::merge;
+use super::merge::{Limits, merge};
 use super::reduce::{Levels, reduce};
 use super::solid::Solid;
 use super::split::{Piece, components, split};
@@ -13,6 +13,9 @@ use glam::Vec3;
 
 /// A mesh whose hull has at most this share of free space is its own hull.
 const CONVEX: f32 = 0.005;
+/// Bulge of a compartment that is worth a part beyond the budget, in units of the bounding box's volume^(4/3): the bay
+/// of a shelf has twice that, the air between the legs of a table a quarter.
+const COMPARTMENT: f32 = 0.004;
 
 /// Convex parts of the triangles (scaled, m), at most `budget`; their hulls cover the surface up to the reduction.
 pub(super) fn decompose(
@@ -21,6 +24,7 @@ pub(super) fn decompose(
     levels: &Levels,
     budget: usize,
     settings: &ShapeSettings,
+    notes: &mut Vec<String>,
 ) -> Vec<Hull> {
     let Some(whole) = Piece::new(triangles.to_vec(), solid) else {
         return Vec::new();
@@ -33,12 +37,16 @@ pub(super) fn decompose(
     let layer = 0.5 * settings.accuracy * settings.accuracy * whole.hull.area();
     let enough = layer / budget as f32;
     let most = ((settings.oversplit * budget as f32) as usize).min(settings.max_pieces).max(budget);
-    let mut best: Option<(f32, Vec<Hull>)> = None;
+    let (low, high) = whole.hull.bounds();
+    let compartment = COMPARTMENT * (high - low).element_product().powf(4.0 / 3.0);
+    let limits = Limits { budget, extra: settings.extra_parts, free: enough, compartment };
+    let mut best: Option<(f32, bool, Vec<Hull>)> = None;
     let mut consider = |pieces: Vec<Piece>| {
         let pieces = split(pieces, solid, levels.up, most, enough);
-        let (groups, bulge) = merge(&pieces, solid, budget, enough);
-        if best.as_ref().is_none_or(|b| bulge < b.0) {
-            let hulls = groups
+        let merged = merge(&pieces, solid, &limits);
+        if best.as_ref().is_none_or(|b| merged.bulge < b.0) {
+            let hulls = merged
+                .groups
                 .iter()
                 .filter_map(|members| {
                     let points: Vec<Vec3> =
@@ -46,7 +54,7 @@ pub(super) fn decompose(
                     Hull::new(&points)
                 })
                 .collect();
-            best = Some((bulge, hulls));
+            best = Some((merged.bulge, merged.closed, hulls));
         }
     };
     let shells = components(triangles);
@@ -54,7 +62,17 @@ pub(super) fn decompose(
         consider(shells.into_iter().filter_map(|s| Piece::new(s, solid)).collect());
     }
     consider(vec![whole]);
-    best.map(|b| without_hidden(b.1).iter().map(finish).collect()).unwrap_or_default()
+    let Some((_, closed, hulls)) = best else {
+        return Vec::new();
+    };
+    let hulls: Vec<Hull> = without_hidden(hulls).iter().map(finish).collect();
+    if hulls.len() > budget {
+        notes.push(format!("{} parts, more than the {budget} of its category, to keep compartments open", hulls.len()));
+    }
+    if closed {
+        notes.push(format!("a compartment is closed: {} parts are too few for it", hulls.len()));
+    }
+    hulls
 }
 
 /// Leaves out parts that lie wholly within another part.

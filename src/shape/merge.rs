@@ -16,9 +16,31 @@ struct Group {
     bulge: f32,
 }
 
-/// Distributes the pieces over at most `budget` groups; pairs that add less than `free` (m⁴) are joined in any case.
-/// Returns the member numbers of every group and the sum of their bulges (m⁴).
-pub(super) fn merge(pieces: &[Piece], solid: &Solid, budget: usize, free: f32) -> (Vec<Vec<usize>>, f32) {
+/// What merging may cost.
+pub(super) struct Limits {
+    /// Parts that the category allows.
+    pub budget: usize,
+    /// Parts beyond the budget that may be used to keep compartments open.
+    pub extra: usize,
+    /// Merges that add less than this are made in any case, m⁴.
+    pub free: f32,
+    /// A part beyond the budget has to save this much, m⁴.
+    pub compartment: f32,
+}
+
+/// A distribution of pieces over parts.
+pub(super) struct Merged {
+    /// Piece numbers of every part.
+    pub groups: Vec<Vec<usize>>,
+    /// Sum of the parts' bulges, m⁴.
+    pub bulge: f32,
+    /// A compartment is filled for want of parts.
+    pub closed: bool,
+}
+
+/// Distributes the pieces over parts.
+pub(super) fn merge(pieces: &[Piece], solid: &Solid, limits: &Limits) -> Merged {
+    let &Limits { budget, extra, free, compartment } = limits;
     let probes = directions(42);
     let points: Vec<Vec<Vec3>> = pieces.iter().map(|p| outline(&p.hull, &probes)).collect();
     let bulge = |members: &mut dyn Iterator<Item = usize>| {
@@ -95,8 +117,25 @@ pub(super) fn merge(pieces: &[Piece], solid: &Solid, budget: usize, free: f32) -
             break;
         }
     }
-    let total = groups.iter().map(|g| g.bulge).sum();
-    (groups.into_iter().map(|g| g.members).collect(), total)
+    let closed = loop {
+        let halves = groups.iter().enumerate().filter(|(_, g)| g.bulge > compartment).filter_map(|(i, g)| {
+            halve(g, &bulge).map(|h| (g.bulge - h[0].bulge - h[1].bulge, i, h)).filter(|h| h.0 > compartment)
+        });
+        let Some((_, divided, [left, right])) = halves.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+            break false;
+        };
+        if groups.len() >= budget + extra {
+            break true;
+        }
+        groups[divided] = left;
+        groups.push(right);
+        exchange(&mut groups, &bulge, &near);
+    };
+    Merged {
+        bulge: groups.iter().map(|g| g.bulge).sum(),
+        groups: groups.into_iter().map(|g| g.members).collect(),
+        closed,
+    }
 }
 
 /// Which pieces are close to each other.

@@ -37,7 +37,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 2";
+const ALGORITHM: &str = "shape 3";
 /// `up` within this cosine of an axis of the mesh means that axis: input poses are tilted, meshes seldom.
 const UP_SNAP: f32 = 0.8;
 
@@ -102,6 +102,8 @@ pub struct ShapeSettings {
     pub max_vertices: usize,
     /// Most parts; the category may say less.
     pub max_parts: usize,
+    /// Parts beyond the category's budget that may be used to keep a compartment open (0: the paper's hard budget).
+    pub extra_parts: usize,
 }
 
 impl Default for ShapeSettings {
@@ -115,6 +117,7 @@ impl Default for ShapeSettings {
             soft_vertices: 32,
             max_vertices: 64,
             max_parts: 32,
+            extra_parts: 4,
         }
     }
 }
@@ -244,7 +247,7 @@ fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, settings: &Shap
     let solid = Solid::new(&triangles, up, settings.cells);
     let mut notes = Vec::new();
     let mut hulls = if given.is_empty() {
-        decompose::decompose(&triangles, &solid, &levels, budget, settings)
+        decompose::decompose(&triangles, &solid, &levels, budget, settings, &mut notes)
     } else {
         let points: Vec<Vec<Vec3>> = given.iter().map(|g| corners(g).into_iter().flatten().collect()).collect();
         points

@@ -11,8 +11,9 @@ use glam::Vec3;
 const TOLERANCE: f32 = 0.6e-3;
 /// Below this shortfall nothing is added at all, m.
 const NEGLIGIBLE: f32 = 0.1e-3;
-/// How much more a shortfall weighs at feet and tops.
-const SUPPORT_WEIGHT: f32 = 6.0;
+/// Shortfall at feet and tops that weighs more than elsewhere, m, and how much more.
+const SUPPORT_TOLERANCE: f32 = 0.7e-3;
+const SUPPORT_WEIGHT: f32 = 3.0;
 
 /// The levels along `up` on which things stand: `low` under the object, `high` on top of it (m), with a tolerance.
 #[derive(Clone, Copy, Debug)]
@@ -55,8 +56,9 @@ pub(super) fn reduce(hull: &Hull, levels: &Levels, soft: usize, hard: usize) -> 
     let mut chosen: Vec<u32> = directions(8).iter().chain(&[levels.up, -levels.up]).map(|&d| support(all, d)).collect();
     chosen.sort_unstable();
     chosen.dedup();
-    let weight: Vec<f32> =
-        all.iter().map(|&v| if levels.is_foot(v) || levels.is_top(v) { SUPPORT_WEIGHT } else { 1.0 }).collect();
+    let supports: Vec<bool> = all.iter().map(|&v| levels.is_foot(v) || levels.is_top(v)).collect();
+    let weighed =
+        |i: usize, short: f32| if supports[i] && short > SUPPORT_TOLERANCE { SUPPORT_WEIGHT * short } else { short };
     loop {
         let points: Vec<Vec3> = chosen.iter().map(|&i| all[i as usize]).collect();
         let Some(reduced) = Hull::new(&points) else {
@@ -64,7 +66,7 @@ pub(super) fn reduce(hull: &Hull, levels: &Levels, soft: usize, hard: usize) -> 
         };
         let (worst, short) = (0..all.len())
             .filter(|i| chosen.binary_search(&(*i as u32)).is_err())
-            .map(|i| (i as u32, weight[i] * reduced.excess(all[i])))
+            .map(|i| (i as u32, weighed(i, reduced.excess(all[i]))))
             .fold((0, 0.0_f32), |best, next| if next.1 > best.1 { next } else { best });
         let enough = short <= if chosen.len() < soft { NEGLIGIBLE } else { TOLERANCE };
         if enough || chosen.len() >= hard {
