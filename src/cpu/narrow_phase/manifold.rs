@@ -46,8 +46,16 @@ pub fn manifold(pair: &HullPair, separation: &Separation, margin: f32, out: &mut
     match separation.feature {
         Feature::Points { on_a, on_b } => single_point(on_a, on_b, axis, margin, out),
         Feature::Edges(i, j) => edge_point(pair, [i, j], axis, margin, out),
-        _ if separation.distance > 0.0 => clip.nearest_edges(incident, axis, margin, out),
-        _ => clip.deepest_vertex(axis, separation.distance, out),
+        Feature::FaceA(_) | Feature::FaceB(_) => {
+            let (on_a, on_b) = clip.nearest_outlines(incident);
+            if separation.distance > 0.0 {
+                single_point(on_a, on_b, axis, margin, out);
+            } else {
+                // An edge pair lost by little against this face: the contact lies between the outlines.
+                let (middle, half) = (on_a.midpoint(on_b), 0.5 * separation.distance * axis);
+                single_point(middle - half, middle + half, axis, margin, out);
+            }
+        }
     }
 }
 
@@ -273,9 +281,9 @@ impl<'a> Clip<'a> {
         out.count += 1;
     }
 
-    /// The contact of two hulls apart that do not overlap when seen along the axis: the nearest points of the outlines
-    /// of the two faces.
-    fn nearest_edges(&self, incident: u32, axis: Vec3, margin: f32, out: &mut Manifold) {
+    /// The nearest points (on A, on B, world frame) of the outlines of the reference face and of a face of the other
+    /// hull.
+    fn nearest_outlines(&self, incident: u32) -> (Vec3, Vec3) {
         let face = &self.pair.tables.faces_of(self.pair.hull(1 - self.reference))[incident as usize];
         let mut polygon = Polygon::EMPTY;
         self.polygon(face, margin, &mut polygon);
@@ -293,28 +301,6 @@ impl<'a> Clip<'a> {
         }
         let pose = self.pair.poses[self.reference];
         let (p, q) = (pose.point(nearest.0), pose.point(nearest.1));
-        let (on_a, on_b) = if self.reference == 0 { (p, q) } else { (q, p) };
-        single_point(on_a, on_b, axis, margin, out);
-    }
-
-    /// The contact of two hulls that overlap although the two faces do not lie over each other: the vertex of the other
-    /// hull deepest along the axis.
-    fn deepest_vertex(&self, axis: Vec3, distance: f32, out: &mut Manifold) {
-        let pose = self.pair.poses[self.reference];
-        let inward = if self.reference == 0 { -axis } else { axis };
-        let local = self.rotation.transpose() * (pose.rotation.conjugate() * inward);
-        let vertices = self.pair.tables.vertices_of(self.pair.hull(1 - self.reference));
-        let (mut deepest, mut high) = (Vec3::ZERO, f32::NEG_INFINITY);
-        for v in vertices {
-            let along = local.dot(v.truncate());
-            if along > high {
-                (deepest, high) = (v.truncate(), along);
-            }
-        }
-        let on_other = pose.point(self.rotation * deepest + self.shift);
-        let on_reference = on_other + inward * distance;
-        let (on_a, on_b) = if self.reference == 0 { (on_reference, on_other) } else { (on_other, on_reference) };
-        out.slots[0] = ManifoldPoint { on_a, on_b, separation: distance };
-        out.count = 1;
+        if self.reference == 0 { (p, q) } else { (q, p) }
     }
 }

@@ -6,7 +6,7 @@ use crate::world::{HullTables, Pose};
 use glam::Vec3;
 
 /// Contact points between the half-space `normal · x ≤ offset` (unit normal, m), as A, and a hull, as B: the vertices
-/// whose separation is at most `margin` (m), reduced to `MAX_MANIFOLD_POINTS`.
+/// whose separation is at most `margin` (m), reduced to the corners of their footprint.
 pub fn plane_hull(
     tables: &HullTables,
     hull: u32,
@@ -37,7 +37,7 @@ pub fn plane_hull(
         out.slots[out.count as usize] = ManifoldPoint { on_a: on_b - normal * separation, on_b, separation };
         out.count += 1;
     };
-    if count <= MAX_MANIFOLD_POINTS {
+    if count <= 3 {
         near[..count].iter().for_each(|&p| put(p));
     } else {
         let kept = reduce(count, |i| near[i], local);
