@@ -161,7 +161,7 @@ fn convex_hull(points: &[Vec3]) -> Option<(Vec<Vec3>, Vec<[u32; 3]>)> {
     for i in 0..3 {
         for j in 0..=i {
             let rest = covariance[i][j] - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>();
-            if i == j && !(rest > flat) {
+            if i == j && (rest <= flat || rest.is_nan()) {
                 return None;
             }
             l[i][j] = if i == j { rest.sqrt() } else { rest / l[j][j] };

@@ -286,7 +286,7 @@ impl<'a> Clip<'a> {
     fn nearest_outlines(&self, incident: u32) -> (Vec3, Vec3) {
         let face = &self.pair.tables.faces_of(self.pair.hull(1 - self.reference))[incident as usize];
         let mut polygon = Polygon::EMPTY;
-        self.polygon(face, margin, &mut polygon);
+        self.polygon(face, f32::INFINITY, &mut polygon);
         let at = |k: usize| self.vertices[self.corners[k % self.corners.len()] as usize].truncate();
         let (mut least, mut nearest) = (f32::INFINITY, (Vec3::ZERO, Vec3::ZERO));
         for k in 0..self.corners.len() {

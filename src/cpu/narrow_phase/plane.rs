@@ -1,7 +1,7 @@
 //! Contacts of a hull with a plane: every vertex near it, thinned to the corners of their footprint.
 
 use super::{Manifold, ManifoldPoint, reduce};
-use crate::world::constants::{MAX_HULL_VERTICES, MAX_MANIFOLD_POINTS};
+use crate::world::constants::MAX_HULL_VERTICES;
 use crate::world::{HullTables, Pose};
 use glam::Vec3;
 
@@ -20,7 +20,8 @@ pub fn plane_hull(
     let hull = &tables.hulls[hull as usize];
     let local = pose.rotation.conjugate() * normal;
     let height = normal.dot(pose.translation) - offset;
-    if !(local.dot(hull.center) + height <= margin + hull.radius) {
+    let clearance = local.dot(hull.center) + height - hull.radius;
+    if clearance > margin || clearance.is_nan() {
         return;
     }
     let mut near = [(Vec3::ZERO, 0.0_f32); MAX_HULL_VERTICES];
