@@ -24,6 +24,18 @@ pub struct Config {
     pub verify: VerifySettings,
 }
 
+impl Config {
+    /// The simulation that settles and checks the result: the candidates', at no less than the paper's resolution.
+    pub(super) fn fine(&self) -> SimSettings {
+        let paper = SimSettings::default();
+        SimSettings {
+            substeps: self.simulation.substeps.max(paper.substeps),
+            position_iterations: self.simulation.position_iterations.max(paper.position_iterations),
+            ..self.simulation.clone()
+        }
+    }
+}
+
 /// The winner is simulated to rest with damping and a slow push-out; the poses where it rests are the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

@@ -185,8 +185,8 @@ impl Run<'_> {
 
             let clock = Instant::now();
             observer.event(Event::Verifying);
-            let (simulation, starts) = (&self.config.simulation, self.starts(global, &layout));
-            verified = verify(self.backend, &world, simulation, &self.config.verify, &starts)?;
+            let (simulation, starts) = (self.config.fine(), self.starts(global, &layout));
+            verified = verify(self.backend, &world, &simulation, &self.config.verify, &starts)?;
             timings.verify = clock.elapsed().as_secs_f64();
             if verified.is_none() {
                 state.notes.push("the check could not be simulated: nothing is known to be stable".into());
@@ -218,7 +218,7 @@ impl Run<'_> {
         if settings.max_seconds == 0.0 {
             return Ok((0.0, false));
         }
-        match settle(self.backend, world, &self.config.simulation, settings, starts)? {
+        match settle(self.backend, world, &self.config.fine(), settings, starts)? {
             Some(settled) => {
                 self.adopt(global, starts, &settled.poses, layout);
                 Ok((settled.seconds, settled.at_rest))
