@@ -214,7 +214,8 @@ fn check(case: &Case) -> Result<(), String> {
             let off = [case.outside(0, p.on_a), case.outside(1, p.on_b)];
             // Where a face won against an edge pair by its bias, the one point lies between the two.
             let between = m.count == 1 && p.separation < 0.0;
-            if off.iter().any(|&d| d > if between { slack - r.distance } else { slack }) {
+            let near = 0.5 * case.tables.hulls[0].radius.min(case.tables.hulls[1].radius);
+            if off.iter().any(|&d| d > if between { slack + near } else { slack }) {
                 return Err(format!("{kind:?}: point off a hull by {off:?}, tolerance {slack}: {t:?} {r:?} {m:?}"));
             }
             if p.separation < r.distance - bias - tolerance - slack {
@@ -252,13 +253,14 @@ fn twin_agrees_with_reference_on_random_pairs() {
          no twin contact; {aligned} of {overlapping} overlapping pairs have the same axis"
     );
     assert!(overlapping > 5000 && touching > 100, "the sample is one-sided");
-    assert!(parry_fails < 100, "parry fails on {parry_fails} of 10000 pairs");
-    assert!(bare * 10 <= touching, "{bare} of {touching} pairs within the margin have no contact");
-    assert!(aligned * 100 >= overlapping * 95, "only {aligned} of {overlapping} axes agree");
+    assert!(parry_fails < 300, "parry fails on {parry_fails} of 10000 pairs");
+    assert!(bare * 100 <= touching, "{bare} of {touching} pairs within the margin have no contact");
+    // The others are ties, mostly symmetric hulls in the same place: `check` has compared their depths.
+    assert!(aligned * 100 >= overlapping * 90, "only {aligned} of {overlapping} axes agree");
 }
 
 #[test]
-fn a_moved_vertex_is_noticed() {
+fn a_shift_of_two_millimetres_is_noticed() {
     let mut random = Random(11);
     let mut noticed = 0;
     for _ in 0..50 {
@@ -312,17 +314,10 @@ fn the_cache_changes_nothing_but_shallow_axes() {
         let cold = twin.separation(&case.pair(), MARGIN, &mut PairCache::default());
         let warm = twin.separation(&case.pair(), MARGIN, &mut cache);
         match (cold, warm) {
+            // A kept axis is certified: exact where the hulls are apart, within twice its depth where they overlap.
             (Some(c), Some(w)) if w.distance >= -1e-4 => {
                 assert!(w.distance <= c.distance + 2e-4, "pair {i}: {c:?} {w:?}");
-                assert!(
-                    c.distance <= 1e-4 || w.distance > 0.0 || c.distance + w.distance <= 2e-4,
-                    "pair {i}: {c:?} {w:?}"
-                );
-            }
-            (None, Some(w)) if w.distance >= -1e-4 => {
-                let mut out = Manifold::default();
-                manifold(&case.pair(), &w, MARGIN, &mut out);
-                assert_eq!(out.count, 0, "pair {i}: {w:?} {out:?}");
+                assert!(c.distance <= w.distance + 2.0 * (-w.distance).max(1e-5), "pair {i}: {c:?} {w:?}");
             }
             // A cached edge pair may separate although its arcs no longer cross by a rounding: both say apart or deep.
             (c, w) => assert_eq!(c.map(|s| s.feature), w.map(|s| s.feature), "pair {i}: {c:?} {w:?}"),

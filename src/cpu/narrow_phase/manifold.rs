@@ -35,9 +35,11 @@ pub fn manifold(pair: &HullPair, separation: &Separation, margin: f32, out: &mut
         }
         return;
     }
-    let reference = usize::from(cosine_b > cosine_a + ALIGNED_BIAS);
-    let clip = Clip::new(pair, reference, [face_a, face_b][reference]);
-    let incident = [face_a, face_b][1 - reference];
+    let (faces, cosines) = ([face_a, face_b], [cosine_a, cosine_b]);
+    let larger = pair.larger();
+    let reference = if cosines[1 - larger] > cosines[larger] + ALIGNED_BIAS { 1 - larger } else { larger };
+    let clip = Clip::new(pair, reference, faces[reference]);
+    let incident = faces[1 - reference];
     clip.faces(incident, margin, out);
     if out.count > 0 {
         return;
@@ -168,46 +170,51 @@ impl<'a> Clip<'a> {
     }
 
     /// A face of the other hull, in the reference hull's frame.
-    fn polygon(&self, face: &Face) -> Polygon {
+    fn polygon(&self, face: &Face, polygon: &mut Polygon) {
         let vertices = self.pair.tables.vertices_of(self.pair.hull(1 - self.reference));
-        let mut polygon = Polygon::EMPTY;
+        polygon.count = 0;
         for &corner in self.pair.tables.corners_of(face) {
             polygon.push(self.rotation * vertices[corner as usize].truncate() + self.shift);
         }
-        polygon
     }
 
     /// What of a face of the other hull lies over the reference face (Sutherland–Hodgman).
-    fn clipped(&self, face: &Face) -> Polygon {
-        let mut polygon = self.polygon(face);
+    fn clipped<'p>(&self, face: &Face, [polygon, kept]: &'p mut [Polygon; 2]) -> &'p [Vec3] {
+        let (mut polygon, mut kept) = (polygon, kept);
+        self.polygon(face, polygon);
+        let mut beyond = [0.0_f32; MAX_CLIPPED];
         for k in 0..self.corners.len() {
             let (start, outward) = self.side(k);
             let limit = outward.dot(start);
-            let beyond = |p: Vec3| outward.dot(p) - limit;
-            if polygon.corners[..polygon.count].iter().all(|&p| beyond(p) <= CLIP_TOLERANCE) {
+            let count = polygon.count;
+            let mut farthest = f32::NEG_INFINITY;
+            for (beyond, &corner) in beyond.iter_mut().zip(&polygon.corners[..count]) {
+                *beyond = outward.dot(corner) - limit;
+                farthest = farthest.max(*beyond);
+            }
+            if farthest <= CLIP_TOLERANCE {
                 continue;
             }
-            let mut kept = Polygon::EMPTY;
-            let mut from = polygon.corners[polygon.count.max(1) - 1];
-            let mut from_beyond = beyond(from);
-            for &to in &polygon.corners[..polygon.count] {
-                let to_beyond = beyond(to);
-                if (from_beyond > CLIP_TOLERANCE) != (to_beyond > CLIP_TOLERANCE) {
-                    let share = (from_beyond / (from_beyond - to_beyond)).clamp(0.0, 1.0);
-                    kept.push(from + share * (to - from));
+            kept.count = 0;
+            let mut from = count.max(1) - 1;
+            for to in 0..count {
+                if (beyond[from] > CLIP_TOLERANCE) != (beyond[to] > CLIP_TOLERANCE) {
+                    let share = (beyond[from] / (beyond[from] - beyond[to])).clamp(0.0, 1.0);
+                    kept.push(polygon.corners[from].lerp(polygon.corners[to], share));
                 }
-                if to_beyond <= CLIP_TOLERANCE {
-                    kept.push(to);
+                if beyond[to] <= CLIP_TOLERANCE {
+                    kept.push(polygon.corners[to]);
                 }
-                (from, from_beyond) = (to, to_beyond);
+                from = to;
             }
-            polygon = kept;
+            std::mem::swap(&mut polygon, &mut kept);
         }
-        polygon
+        &polygon.corners[..polygon.count]
     }
 
     /// Clips every face of the other hull that is turned against the reference face, and `incident` in any case.
     fn faces(&self, incident: u32, margin: f32, out: &mut Manifold) {
+        let mut buffers = [Polygon::EMPTY; 2];
         let mut points = [Vec4::ZERO; MAX_COLLECTED];
         let mut count = 0;
         let facing = -(self.rotation.transpose() * self.normal).extend(0.0);
@@ -218,12 +225,12 @@ impl<'a> Clip<'a> {
             if count > MAX_MANIFOLD_POINTS {
                 count = self.thin(&mut points, count);
             }
-            let polygon = self.clipped(face);
-            for &p in &polygon.corners[..polygon.count] {
+            let earlier = count;
+            for &p in self.clipped(face, &mut buffers) {
                 let separation = self.normal.dot(p) - self.offset;
                 // Neighbouring faces share corners.
                 let again = |q: &Vec4| q.truncate().distance_squared(p) < CLIP_TOLERANCE * CLIP_TOLERANCE;
-                if separation <= margin && !points[..count].iter().any(again) {
+                if separation <= margin && !points[..earlier].iter().any(again) {
                     points[count] = p.extend(separation);
                     count += 1;
                 }
@@ -249,11 +256,13 @@ impl<'a> Clip<'a> {
         kept.indices().len()
     }
 
-    /// Adds a point of the other hull, in the reference hull's frame.
+    /// Adds a point of the other hull, in the reference hull's frame, and its foot on the reference face.
     fn put(&self, point: Vec3, separation: f32, out: &mut Manifold) {
         let pose = self.pair.poses[self.reference];
-        let (on_other, on_reference) = (pose.point(point), pose.point(point - self.normal * separation));
-        let (on_a, on_b) = if self.reference == 0 { (on_reference, on_other) } else { (on_other, on_reference) };
+        let on_other = pose.point(point);
+        let shift = separation * out.normal;
+        let (on_a, on_b) =
+            if self.reference == 0 { (on_other - shift, on_other) } else { (on_other, on_other + shift) };
         out.slots[out.count as usize] = ManifoldPoint { on_a, on_b, separation };
         out.count += 1;
     }
@@ -262,7 +271,8 @@ impl<'a> Clip<'a> {
     /// hull.
     fn nearest_outlines(&self, incident: u32) -> (Vec3, Vec3) {
         let face = &self.pair.tables.faces_of(self.pair.hull(1 - self.reference))[incident as usize];
-        let polygon = self.polygon(face);
+        let mut polygon = Polygon::EMPTY;
+        self.polygon(face, &mut polygon);
         let at = |k: usize| self.vertices[self.corners[k % self.corners.len()] as usize].truncate();
         let (mut least, mut nearest) = (f32::INFINITY, (Vec3::ZERO, Vec3::ZERO));
         for k in 0..self.corners.len() {
