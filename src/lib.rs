@@ -4,6 +4,8 @@
 //! simulates) → `cpu` (the simulator) → `optimize` (the search) → `report`. Nothing below `commands` prints.
 
 pub mod cpu;
+pub mod files;
+pub mod import;
 pub mod optimize;
 pub mod report;
 pub mod scene;

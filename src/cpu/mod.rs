@@ -1,1 +1,122 @@
+//! The CPU backend: one file per kernel, named as the shaders will be; candidates in parallel over all cores.
+
+mod broad_phase;
+mod contacts;
+pub mod elites;
+pub mod energy;
+pub mod moments;
 pub mod narrow_phase;
+pub mod place;
+pub mod sample;
+pub mod search;
+mod simulate;
+mod solve;
+
+pub use search::{CpuSearch, Record, Rollout};
+pub use simulate::Workspace;
+
+use crate::world::{
+    Backend, BackendError, Flow, Pose, Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
+};
+use narrow_phase::Separator;
+use rayon::prelude::*;
+
+/// Simulates on the processor's cores.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CpuBackend;
+
+impl Backend for CpuBackend {
+    fn describe(&self) -> String {
+        format!("CPU, {} threads", rayon::current_num_threads())
+    }
+
+    fn simulate(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[Pose],
+        on_step: &mut dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow,
+    ) -> Result<Vec<Status>, BackendError> {
+        let bodies = world.bodies.len();
+        if bodies == 0 {
+            return Ok(Vec::new());
+        }
+        let narrow = Separator::new(settings.narrow_phase, &world.hulls);
+        let mut candidates: Vec<Workspace> = starts
+            .chunks_exact(bodies)
+            .map(|placed| {
+                let mut workspace = Workspace::new(world);
+                workspace.start(placed);
+                workspace
+            })
+            .collect();
+        let mut poses = starts.to_vec();
+        let mut velocities = vec![Velocity::default(); starts.len()];
+        for step in 0..settings.steps {
+            candidates
+                .par_iter_mut()
+                .zip(poses.par_chunks_exact_mut(bodies))
+                .zip(velocities.par_chunks_exact_mut(bodies))
+                .for_each(|((workspace, poses), velocities)| {
+                    workspace.step(world, settings, &narrow);
+                    poses.copy_from_slice(&workspace.poses);
+                    velocities.copy_from_slice(&workspace.velocities);
+                });
+            if on_step(step, &poses, &velocities) == Flow::Stop {
+                break;
+            }
+        }
+        Ok(candidates.iter().map(|workspace| workspace.status).collect())
+    }
+
+    fn search<'a>(
+        &'a self,
+        world: &'a World,
+        settings: &'a SearchSettings,
+        stream: Stream,
+    ) -> Result<Box<dyn Search + 'a>, BackendError> {
+        let simulator = Simulator::new(world, &settings.simulation);
+        Ok(Box::new(CpuSearch::new(world, settings, stream, simulator)))
+    }
+
+    fn search_bytes(&self, world: &World, candidates: u32) -> u64 {
+        search::bytes(world, candidates)
+    }
+}
+
+/// The rollout of a candidate by this backend's kernels.
+pub struct Simulator<'a> {
+    world: &'a World,
+    simulation: &'a SimSettings,
+    narrow: Separator,
+}
+
+impl<'a> Simulator<'a> {
+    /// Prepares what all candidates share.
+    pub fn new(world: &'a World, simulation: &'a SimSettings) -> Self {
+        Self { world, simulation, narrow: Separator::new(simulation.narrow_phase, &world.hulls) }
+    }
+}
+
+impl Rollout for Simulator<'_> {
+    type Scratch = Workspace;
+
+    fn scratch(&self) -> Workspace {
+        Workspace::new(self.world)
+    }
+
+    fn run(&self, workspace: &mut Workspace, placed: &[Pose], record: &mut Record) -> Status {
+        let Self { world, simulation, narrow } = self;
+        workspace.start(placed);
+        workspace.measure_depths(world, narrow, &mut record.depths_placed);
+        for step in 0..simulation.steps {
+            workspace.step(world, simulation, narrow);
+            if step + 1 == simulation.snapshot_step {
+                record.snapshot.copy_from_slice(&workspace.velocities);
+            }
+        }
+        workspace.measure_depths(world, narrow, &mut record.depths_settled);
+        record.settled.copy_from_slice(&workspace.poses);
+        workspace.status
+    }
+}

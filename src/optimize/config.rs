@@ -1,5 +1,6 @@
 //! The configuration file: every number of a run, read from TOML.
 
+use super::OptimizeError;
 use crate::world::{CemSettings, EnergyWeights, SimSettings};
 use serde::{Deserialize, Serialize};
 
@@ -9,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub struct Config {
     /// How a candidate is simulated.
     pub simulation: SimSettings,
+    /// True: objects are set onto their supports before the search. False: they start where the scene says.
+    pub seat: bool,
     /// What a candidate costs.
     pub energy: EnergyWeights,
     /// The search of a local group.
@@ -25,7 +28,7 @@ pub struct Config {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SettleSettings {
-    /// Longest time, s.
+    /// Longest time, s; 0 leaves the winner as it is (the paper).
     pub max_seconds: f32,
     /// At rest when no object is faster than this, m/s (and rad/s), for half a second.
     pub rest_speed: f32,
@@ -33,11 +36,23 @@ pub struct SettleSettings {
     pub max_push_out: f32,
     /// Linear and angular damping, 1/s.
     pub damping: f32,
+    /// Which poses of the global winner the descent starts from.
+    pub from: ResultFrom,
+}
+
+/// Poses of a winning candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ResultFrom {
+    /// Where the search placed its objects (the paper's result).
+    Placed,
+    /// Where they were at the end of the candidate's simulation.
+    Settled,
 }
 
 impl Default for SettleSettings {
     fn default() -> Self {
-        Self { max_seconds: 5.0, rest_speed: 1e-3, max_push_out: 0.3, damping: 3.0 }
+        Self { max_seconds: 5.0, rest_speed: 1e-3, max_push_out: 0.3, damping: 3.0, from: ResultFrom::Settled }
     }
 }
 
@@ -57,4 +72,84 @@ impl Default for VerifySettings {
     fn default() -> Self {
         Self { seconds: 5.0, max_drift: 0.1, max_turn: 0.1 }
     }
+}
+
+impl Config {
+    /// Refuses numbers that make no sense.
+    ///
+    /// # Errors
+    /// `OptimizeError::Config` naming the first such key, its value and what it should be.
+    pub fn validate(&self) -> Result<(), OptimizeError> {
+        let sim = &self.simulation;
+        positive("simulation.dt", sim.dt)?;
+        at_least_one("simulation.steps", sim.steps)?;
+        at_least_one("simulation.substeps", sim.substeps)?;
+        at_least_one("simulation.position_iterations", sim.position_iterations)?;
+        finite("simulation.gravity", sim.gravity)?;
+        not_negative("simulation.contact_offset", sim.contact_offset)?;
+        not_negative("simulation.rest_offset", sim.rest_offset)?;
+        not_negative("simulation.max_push_out", sim.max_push_out)?;
+        not_negative("simulation.linear_damping", sim.linear_damping)?;
+        not_negative("simulation.angular_damping", sim.angular_damping)?;
+        not_negative("simulation.friction", sim.friction)?;
+        if sim.snapshot_step == 0 || sim.snapshot_step > sim.steps {
+            return refuse("simulation.snapshot_step", sim.snapshot_step, "a step from 1 to `simulation.steps`");
+        }
+        let energy = &self.energy;
+        not_negative("energy.stability", energy.stability)?;
+        not_negative("energy.velocity", energy.velocity)?;
+        not_negative("energy.penetration", energy.penetration)?;
+        not_negative("energy.layout", energy.layout)?;
+        not_negative("energy.position", energy.position)?;
+        positive("energy.penetration_depth_unit", energy.penetration_depth_unit)?;
+        validate_cem("local", &self.local)?;
+        validate_cem("global", &self.global)?;
+        not_negative("settle.max_seconds", self.settle.max_seconds)?;
+        not_negative("settle.rest_speed", self.settle.rest_speed)?;
+        not_negative("settle.max_push_out", self.settle.max_push_out)?;
+        not_negative("settle.damping", self.settle.damping)?;
+        positive("verify.seconds", self.verify.seconds)?;
+        not_negative("verify.max_drift", self.verify.max_drift)?;
+        not_negative("verify.max_turn", self.verify.max_turn)
+    }
+}
+
+fn validate_cem(table: &str, cem: &CemSettings) -> Result<(), OptimizeError> {
+    let key = |name: &str| format!("{table}.{name}");
+    at_least_one(&key("candidates"), cem.candidates)?;
+    at_least_one(&key("iterations"), cem.iterations)?;
+    at_least_one(&key("episodes"), cem.episodes)?;
+    if !(cem.elite_fraction > 0.0 && cem.elite_fraction <= 1.0) {
+        return refuse(&key("elite_fraction"), cem.elite_fraction, "above 0 and at most 1");
+    }
+    for std in cem.translation_std {
+        not_negative(&key("translation_std"), std)?;
+    }
+    for std in cem.rotation_std {
+        not_negative(&key("rotation_std"), std)?;
+    }
+    not_negative(&key("std_epsilon"), cem.std_epsilon)?;
+    not_negative(&key("std_floor"), cem.std_floor)?;
+    not_negative(&key("restart_std"), cem.restart_std)?;
+    not_negative(&key("stop_energy"), cem.stop_energy)
+}
+
+fn at_least_one(key: &str, value: u32) -> Result<(), OptimizeError> {
+    if value == 0 { refuse(key, value, "at least 1") } else { Ok(()) }
+}
+
+fn positive(key: &str, value: f32) -> Result<(), OptimizeError> {
+    if value.is_finite() && value > 0.0 { Ok(()) } else { refuse(key, value, "a number above 0") }
+}
+
+fn not_negative(key: &str, value: f32) -> Result<(), OptimizeError> {
+    if value.is_finite() && value >= 0.0 { Ok(()) } else { refuse(key, value, "a number from 0 up") }
+}
+
+fn finite(key: &str, value: f32) -> Result<(), OptimizeError> {
+    if value.is_finite() { Ok(()) } else { refuse(key, value, "a finite number") }
+}
+
+fn refuse(key: &str, value: impl ToString, wanted: &'static str) -> Result<(), OptimizeError> {
+    Err(OptimizeError::Config { key: key.into(), value: value.to_string(), wanted })
 }

@@ -2,8 +2,44 @@
 //!
 //! The optimizer sees the world through the `Backend` trait and does not know which processor runs it.
 
+mod cem;
+mod checkpoint;
 mod config;
+mod groups;
 mod outcome;
+mod rig;
+mod run;
+mod seat;
+mod settle;
+mod support;
+mod verify;
 
-pub use config::Config;
+pub use checkpoint::Checkpoint;
+pub use config::{Config, ResultFrom, SettleSettings, VerifySettings};
 pub use outcome::{Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, Outcome, Timings};
+pub use rig::Rig;
+pub use run::run;
+
+use crate::world::BackendError;
+use thiserror::Error;
+
+/// Why a run ended without a result.
+#[derive(Debug, Error)]
+pub enum OptimizeError {
+    /// A number in the configuration makes no sense.
+    #[error("configuration: `{key}` is {value}, but must be {wanted}")]
+    Config {
+        /// Table and key.
+        key: String,
+        /// What stands there.
+        value: String,
+        /// What may stand there.
+        wanted: &'static str,
+    },
+    /// The checkpoint cannot be used; the message says why and what to do.
+    #[error("checkpoint: {0}")]
+    Checkpoint(String),
+    /// The simulator could not go on.
+    #[error(transparent)]
+    Backend(#[from] BackendError),
+}

@@ -2,6 +2,7 @@
 
 use crate::scene::Pose;
 use crate::world::{Energy, Flow, IterationStats, Status};
+use serde::{Deserialize, Serialize};
 
 /// Told to the observer during a run.
 #[derive(Clone, Debug)]
@@ -44,7 +45,7 @@ pub trait Observer {
 }
 
 /// One line of `energy.csv`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IterationRecord {
     /// Index of the group.
     pub group: usize,
@@ -53,7 +54,7 @@ pub struct IterationRecord {
 }
 
 /// One searched group.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GroupRecord {
     /// Its name: the root object's, or `global`.
     pub name: String,
@@ -70,7 +71,7 @@ pub struct GroupRecord {
 }
 
 /// What became of one object.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ObjectOutcome {
     /// Final pose, Y up, m.
     pub pose: Pose,
@@ -126,4 +127,6 @@ pub struct Outcome {
     pub settled_after: f64,
     /// True if everything came to rest while settling.
     pub at_rest: bool,
+    /// What the user should know, in whole sentences.
+    pub notes: Vec<String>,
 }

@@ -1,1 +1,143 @@
 //! The document: objects, poses and support tree of a `scene.json`, in metres, Y up, ground at y = 0.
+//!
+//! Reading (`read`, `fields`, `object`, `support`, `tree`) turns the file into checked objects and converts its frame (`frame`);
+//! writing (`write`) puts the changed poses back into the document as it came, so that nothing that this program does
+//! not know is lost. Every error names file, object, field and remedy (`error`).
+
+mod error;
+mod fields;
+mod frame;
+mod object;
+mod read;
+mod support;
+mod tree;
+mod write;
+
+pub use error::SceneError;
+pub use support::{Parent, Relation, Root};
+
+use frame::Frame;
+use glam::{DQuat, DVec3};
+use serde_json::Value;
+use std::path::PathBuf;
+
+/// Longest side below which an object's size is taken for a mistake of unit, m.
+pub const MIN_SIZE: f64 = 1e-3;
+/// Longest side above which an object's size is taken for a mistake of unit, m.
+pub const MAX_SIZE: f64 = 100.0;
+
+/// A rigid pose in metres, Y up: `world = rotation · (scale ∘ vertex) + translation`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Unit quaternion.
+    pub rotation: DQuat,
+    /// Position of the mesh's origin, m.
+    pub translation: DVec3,
+}
+
+impl Pose {
+    /// The pose that leaves everything where it is.
+    pub const IDENTITY: Self = Self { rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
+}
+
+/// One object of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Object {
+    /// Unique, not empty.
+    pub name: String,
+    /// Free text; may be empty.
+    pub category: String,
+    /// The mesh file, resolved against the scene's folder; it existed when the scene was read.
+    pub mesh: PathBuf,
+    /// Where it is.
+    pub pose: Pose,
+    /// Metres per mesh unit along the mesh's axes, all > 0.
+    pub scale: DVec3,
+    /// What bears it.
+    pub parent: Parent,
+    /// How.
+    pub relation: Relation,
+    /// False: held where it is.
+    pub movable: bool,
+    /// kg, > 0, if the file gives it.
+    pub mass: Option<f64>,
+    /// Convex parts in the mesh's frame and unit, resolved as `mesh` is; empty if there are none.
+    pub convex_parts: Vec<PathBuf>,
+}
+
+/// One wall: the plane through `point` with `normal` pointing into the room.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wall {
+    /// May be empty.
+    pub name: String,
+    /// m.
+    pub point: DVec3,
+    /// Unit vector.
+    pub normal: DVec3,
+}
+
+/// The room around the objects; its ground is y = 0.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Room {
+    /// Height of the ceiling above the ground, m, if given.
+    pub ceiling: Option<f64>,
+    /// Walls in the file's order.
+    pub walls: Vec<Wall>,
+}
+
+/// A scene that was read and found valid.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The document's `name`, else the name of its folder.
+    pub name: String,
+    /// The file it was read from.
+    pub file: PathBuf,
+    /// In the file's order. Poses and convex parts may be changed; the rest stays as it was read.
+    pub objects: Vec<Object>,
+    /// Walls and ceiling.
+    pub room: Room,
+    /// What the user should know although the scene is valid.
+    pub warnings: Vec<String>,
+    document: Value,
+    frame: Frame,
+    children: Vec<Vec<usize>>,
+    /// Poses and convex parts as read: what still equals them is written back as it came.
+    originals: Vec<(Pose, Vec<PathBuf>)>,
+}
+
+impl Scene {
+    /// The objects that object `i` bears, in the scene's order.
+    pub fn children(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        self.children[i].iter().copied()
+    }
+
+    /// Every object once, after all objects that it bears; otherwise in the scene's order.
+    pub fn post_order(&self) -> Vec<usize> {
+        tree::post_order(&self.objects, &self.children)
+    }
+
+    /// True for what takes no part in simulation: objects on a wall or ceiling, hanging ones and those not movable.
+    pub fn is_static(&self, i: usize) -> bool {
+        let object = &self.objects[i];
+        !object.movable
+            || object.relation == Relation::Hanging
+            || matches!(object.parent, Parent::Root(Root::Wall | Root::Ceiling))
+    }
+
+    /// Checks the longest side of object `i`, m, scale applied: reading a scene does not load its meshes.
+    ///
+    /// # Errors
+    /// A side below [`MIN_SIZE`], above [`MAX_SIZE`] or not finite.
+    pub fn check_size(&self, i: usize, extent: f64) -> Result<(), SceneError> {
+        if (MIN_SIZE..=MAX_SIZE).contains(&extent) {
+            return Ok(());
+        }
+        Err(SceneError::new(
+            &self.file,
+            format!("the object is {extent:.3e} m long, and only {MIN_SIZE} m to {MAX_SIZE} m are plausible"),
+            "correct \"scale\", or \"frame\".\"meters_per_unit\" if all objects are concerned",
+        )
+        .object(&self.objects[i].name)
+        .field("scale"))
+    }
+}

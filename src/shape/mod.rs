@@ -1,1 +1,303 @@
 //! From a mesh to convex parts, mass, centre of mass and inertia.
+//!
+//! A decomposition error becomes a placement error: parts that bulge make a mug float, parts that cut off feet make it
+//! sink. So the surface is cut exactly (`split`), the pieces are merged by the bulge they add (`merge`), the hulls lose
+//! vertices only where it does not show (`reduce`), and both errors are measured (`measure`).
+
+mod cache;
+mod category;
+mod decompose;
+mod eigen;
+mod hull;
+mod mass;
+mod measure;
+mod merge;
+mod mesh;
+mod obj;
+mod read;
+mod reduce;
+mod solid;
+mod split;
+
+pub use cache::{CACHE_VARIABLE, Cache};
+pub use category::{part_budget, typical_mass};
+pub use mass::MassProperties;
+pub use measure::Quality;
+pub use mesh::{Mesh, MeshError, read_mesh};
+pub use obj::part_obj;
+
+use cache::Key;
+use glam::{Quat, Vec3};
+use hull::Hull;
+use rayon::prelude::*;
+use reduce::Levels;
+use serde::{Deserialize, Serialize};
+use solid::Solid;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Changes whenever the same input would give other parts, so that old cache entries are not found.
+const ALGORITHM: &str = "shape 3";
+/// `up` within this cosine of an axis of the mesh means that axis: input poses are tilted, meshes seldom.
+const UP_SNAP: f32 = 0.8;
+
+/// One convex part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// 4 to 64 vertices in convex position, scaled mesh frame, m.
+    pub vertices: Vec<Vec3>,
+}
+
+/// What stands for a mesh in the simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    /// Convex parts, largest first.
+    pub parts: Vec<Part>,
+    /// Mass, centre and inertia of the union of the parts at uniform density.
+    pub mass: MassProperties,
+    /// Lowest and highest corner of the scaled mesh, m.
+    pub bounds: [Vec3; 2],
+    /// How well the parts stand for the mesh.
+    pub quality: Quality,
+    /// What the user should know: thickened, reduced, not convex, no cache.
+    pub notes: Vec<String>,
+}
+
+/// A mesh to turn into a shape.
+#[derive(Clone, Debug)]
+pub struct ShapeRequest {
+    /// The object's name, for messages.
+    pub name: String,
+    /// Free text that decides the part budget and the mass class.
+    pub category: String,
+    /// The mesh file.
+    pub mesh: PathBuf,
+    /// Metres per mesh unit, all > 0.
+    pub scale: Vec3,
+    /// kg, if given.
+    pub mass: Option<f32>,
+    /// Ready-made convex parts in the mesh frame, used instead of a decomposition.
+    pub convex_parts: Vec<PathBuf>,
+    /// World up in the mesh frame at the input pose. A hint: poses may be tilted.
+    pub up: Vec3,
+}
+
+/// Parameters of the decomposition.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ShapeSettings {
+    /// Cells of the grid on which free space is measured.
+    pub cells: usize,
+    /// Pieces are cut for each part of the budget, before merging.
+    pub oversplit: f32,
+    /// Most pieces before merging.
+    pub max_pieces: usize,
+    /// Depth of a layer of free space, spread over the whole object, that is not worth more parts, m.
+    pub accuracy: f32,
+    /// Meshes of more connected components are only cut as a whole.
+    pub max_components: usize,
+    /// Vertices of a part that suffice where they are accurate to 0.6 mm.
+    pub soft_vertices: usize,
+    /// Most vertices of a part.
+    pub max_vertices: usize,
+    /// Most parts; the category may say less.
+    pub max_parts: usize,
+    /// Parts beyond the category's budget that may be used to keep a compartment open (0: the paper's hard budget).
+    pub extra_parts: usize,
+}
+
+impl Default for ShapeSettings {
+    fn default() -> Self {
+        Self {
+            cells: 400_000,
+            oversplit: 4.0,
+            max_pieces: 72,
+            accuracy: 1e-3,
+            max_components: 128,
+            soft_vertices: 32,
+            max_vertices: 64,
+            max_parts: 32,
+            extra_parts: 4,
+        }
+    }
+}
+
+/// Why a shape could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ShapeError {
+    /// The mesh or a ready-made part could not be read.
+    #[error("object \"{object}\", field \"{field}\": {source}")]
+    Read {
+        /// Name of the object.
+        object: String,
+        /// `mesh` or `convex_parts`.
+        field: &'static str,
+        /// What is wrong with the file.
+        source: MeshError,
+    },
+    /// The scale makes the mesh so large that its coordinates are no numbers any more.
+    #[error("object \"{object}\", field \"scale\": {scale} times {} is not finite: use a smaller scale", file.display())]
+    Scale {
+        /// Name of the object.
+        object: String,
+        /// Its scale.
+        scale: Vec3,
+        /// The mesh or part file.
+        file: PathBuf,
+    },
+}
+
+/// What the cache holds of a shape: all but the mass, which depends on the category.
+#[derive(Clone, Serialize, Deserialize)]
+struct Entry {
+    parts: Vec<Vec<Vec3>>,
+    volume: f32,
+    center: Vec3,
+    axes: Quat,
+    inertia: Vec3,
+    quality: Quality,
+    notes: Vec<String>,
+}
+
+/// Makes the shapes of all requests, in parallel and in order. `progress` is called with (done, total, name) after each,
+/// from any thread.
+///
+/// # Errors
+/// The first request, in order, whose mesh or parts cannot be read or hold nothing.
+pub fn build_shapes(
+    requests: &[ShapeRequest],
+    settings: &ShapeSettings,
+    cache: Option<&Cache>,
+    progress: &(dyn Fn(usize, usize, &str) + Sync),
+) -> Result<Vec<Shape>, ShapeError> {
+    let done = AtomicUsize::new(0);
+    let shapes: Vec<Result<Shape, ShapeError>> = requests
+        .par_iter()
+        .map(|request| {
+            let shape = build_shape(request, settings, cache);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, requests.len(), &request.name);
+            shape
+        })
+        .collect();
+    shapes.into_iter().collect()
+}
+
+fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&Cache>) -> Result<Shape, ShapeError> {
+    let mesh = read_scaled(request, "mesh", &request.mesh)?;
+    let given: Vec<Mesh> =
+        request.convex_parts.iter().map(|file| read_scaled(request, "convex_parts", file)).collect::<Result<_, _>>()?;
+    let up = snapped(request.up);
+    let budget = part_budget(&request.category).min(settings.max_parts).max(1);
+    let mut key = Key::default();
+    key.text(ALGORITHM).text(&format!("{settings:?} {budget} {up}"));
+    for mesh in std::iter::once(&mesh).chain(&given) {
+        key.points(&mesh.vertices).triangles(&mesh.triangles);
+    }
+    let key = key.finish();
+    let (low, high) = hull::bounds(&corners(&mesh).into_iter().flatten().collect::<Vec<_>>());
+    let mut warning = None;
+    let entry = match cache.and_then(|c| c.load::<Entry>(&key)) {
+        Some(entry) => entry,
+        None => {
+            let entry = compute(&mesh, &given, up, budget, settings);
+            warning = cache.and_then(|c| c.store(&key, &entry).err());
+            entry
+        }
+    };
+    let mass = request.mass.unwrap_or_else(|| typical_mass(&request.category, entry.volume));
+    Ok(Shape {
+        parts: entry.parts.into_iter().map(|vertices| Part { vertices }).collect(),
+        mass: MassProperties { mass, center: entry.center, axes: entry.axes, inertia: entry.inertia * mass },
+        bounds: [low, high],
+        quality: entry.quality,
+        notes: entry.notes.into_iter().chain(warning).collect(),
+    })
+}
+
+/// Reads a mesh and scales it to metres.
+fn read_scaled(request: &ShapeRequest, field: &'static str, file: &PathBuf) -> Result<Mesh, ShapeError> {
+    let mut mesh =
+        read_mesh(file).map_err(|source| ShapeError::Read { object: request.name.clone(), field, source })?;
+    for v in &mut mesh.vertices {
+        *v *= request.scale;
+    }
+    if !mesh.vertices.iter().all(|v| v.is_finite()) {
+        return Err(ShapeError::Scale { object: request.name.clone(), scale: request.scale, file: file.clone() });
+    }
+    Ok(mesh)
+}
+
+fn corners(mesh: &Mesh) -> Vec<[Vec3; 3]> {
+    mesh.triangles.iter().map(|t| t.map(|i| mesh.vertices[i as usize])).collect()
+}
+
+/// The axis of the mesh nearest to `up` if it is near, else `up` itself.
+fn snapped(up: Vec3) -> Vec3 {
+    let up = up.try_normalize().unwrap_or(Vec3::Y);
+    let nearest = Vec3::AXES
+        .into_iter()
+        .flat_map(|a| [a, -a])
+        .fold(Vec3::Y, |best, a| if a.dot(up) > best.dot(up) { a } else { best });
+    if nearest.dot(up) >= UP_SNAP { nearest } else { up }
+}
+
+fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, settings: &ShapeSettings) -> Entry {
+    let triangles = corners(mesh);
+    let levels = Levels::new(triangles.iter().flatten().copied(), up);
+    let solid = Solid::new(&triangles, up, settings.cells);
+    let mut notes = Vec::new();
+    let mut hulls = if given.is_empty() {
+        decompose::decompose(&triangles, &solid, &levels, budget, settings, &mut notes)
+    } else {
+        let points: Vec<Vec<Vec3>> = given.iter().map(|g| corners(g).into_iter().flatten().collect()).collect();
+        points
+            .iter()
+            .enumerate()
+            .filter_map(|(i, points)| ready_made(i, points, &levels, settings, &mut notes))
+            .collect()
+    };
+    hulls.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
+    let axes = hull::principal_directions(triangles.as_flattened());
+    let extent = |axis: Vec3| {
+        let along = Levels::new(triangles.iter().flatten().copied(), axis);
+        along.high - along.low
+    };
+    if axes.into_iter().any(|a| extent(a) < hull::MIN_THICKNESS) {
+        notes.push(format!("flat: thickened to {:.1} mm", 1e3 * hull::MIN_THICKNESS));
+    }
+    let (volume, unit) = mass::of_union(&hulls);
+    Entry {
+        quality: measure::measure(&hulls, &triangles, &solid, &levels),
+        parts: hulls.into_iter().map(|h| h.vertices).collect(),
+        volume,
+        center: unit.center,
+        axes: unit.axes,
+        inertia: unit.inertia,
+        notes,
+    }
+}
+
+/// The hull of a ready-made part, with notes on what had to be changed.
+fn ready_made(
+    number: usize,
+    points: &[Vec3],
+    levels: &Levels,
+    settings: &ShapeSettings,
+    notes: &mut Vec<String>,
+) -> Option<Hull> {
+    let hull = Hull::new(points)?;
+    let size = (levels.high - levels.low).max(hull.bounds().1.distance(hull.bounds().0));
+    let depth = points.iter().map(|&p| -hull.excess(p)).fold(0.0, f32::max);
+    if depth > 1e-3 * size {
+        notes.push(format!("convex_parts[{number}] is not convex: its hull is used"));
+    }
+    if hull.vertices.len() <= settings.max_vertices {
+        return Some(hull);
+    }
+    notes.push(format!(
+        "convex_parts[{number}] has {} vertices: reduced to {}",
+        hull.vertices.len(),
+        settings.max_vertices
+    ));
+    Some(reduce::reduce(&hull, levels, settings.max_vertices, settings.max_vertices))
+}

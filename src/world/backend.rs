@@ -1,6 +1,7 @@
 //! What the optimizer may ask of a simulator, whichever processor it runs on.
 
 use super::{CemSettings, EnergyWeights, Pose, SimSettings, Status, Velocity, World};
+use serde::{Deserialize, Deserializer, Serialize};
 use thiserror::Error;
 
 /// Why a backend could not do its work.
@@ -28,6 +29,11 @@ pub trait Backend: Send + Sync {
         starts: &[Pose],
         on_step: &mut dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow,
     ) -> Result<Vec<Status>, BackendError>;
+
+    /// About how many bytes a search with so many candidates holds, told to the user before it starts.
+    fn search_bytes(&self, world: &World, candidates: u32) -> u64 {
+        u64::from(candidates) * world.slot_bytes()
+    }
 
     /// Prepares a search over the world's units; nothing is allocated in its loop.
     fn search<'a>(
@@ -78,9 +84,10 @@ pub struct Distribution {
 
 /// The four terms of the energy and their weighted sum.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize)]
 pub struct Energy {
     /// Weighted sum; +∞ for a candidate whose simulation failed.
+    #[serde(deserialize_with = "null_is_infinite")]
     pub total: f32,
     /// E_stab: placed to settled, m + rad.
     pub stability: f32,
@@ -93,18 +100,25 @@ pub struct Energy {
 }
 
 /// What one iteration reports.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IterationStats {
     /// Iteration since the search began, from 0.
     pub iteration: u32,
-    /// Best energy ever seen.
+    /// Best energy ever seen; its total is +∞ before the first usable candidate.
     pub best: Energy,
-    /// Best energy of this iteration.
+    /// Best energy of this iteration; +∞ if no candidate was usable.
+    #[serde(deserialize_with = "null_is_infinite")]
     pub iteration_best: f32,
     /// Mean total of this iteration's elites.
+    #[serde(deserialize_with = "null_is_infinite")]
     pub elite_mean: f32,
     /// Candidates whose status has each bit of `Status::NAMES`.
     pub flagged: [u32; Status::NAMES.len()],
+}
+
+/// JSON has no infinity: it is written as null.
+fn null_is_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
+    Ok(Option::<f32>::deserialize(deserializer)?.unwrap_or(f32::INFINITY))
 }
 
 /// The best candidate ever seen.

@@ -148,6 +148,20 @@ impl World {
         6 * self.units.len()
     }
 
+    /// About how many bytes the fixed slots of one candidate take on a device: state, boxes, pairs, contacts.
+    pub fn slot_bytes(&self) -> u64 {
+        const BODY: u64 = 160;
+        const HULL: u64 = 32;
+        const PAIR: u64 = 16;
+        const HULL_PAIR: u64 = 48;
+        const CONTACT: u64 = 256;
+        BODY * self.bodies.len() as u64
+            + HULL * self.hulls.hulls.len() as u64
+            + PAIR * self.pairs.len() as u64
+            + HULL_PAIR * u64::from(self.capacities.hull_pairs)
+            + CONTACT * u64::from(self.capacities.contacts)
+    }
+
     /// The hulls of a body, as indices into `hulls.hulls`.
     pub fn hulls_of(&self, body: usize) -> std::ops::Range<usize> {
         let b = &self.bodies[body];

@@ -10,7 +10,7 @@ pub const TOUCHING_DEPTH: f32 = 1e-3;
 pub const MAX_HULL_VERTICES: usize = 64;
 
 /// Most corners of a face polygon that clipping works on; larger polygons are thinned, supports are not.
-pub const MAX_FACE_VERTICES: usize = 32;
+pub const MAX_FACE_VERTICES: usize = 16;
 
 /// Faces of a hull whose vertices lie within this distance of one plane are one polygon, m. Too small: manifolds of one
 /// triangle, on which stacks creep. Too large: contacts beside the surface.
@@ -25,14 +25,61 @@ pub const COPLANAR_COSINE: f32 = 0.999;
 /// Smallest principal moment of inertia, as a share of the largest: a needle would spin without bound in f32.
 pub const MIN_INERTIA_RATIO: f32 = 1e-3;
 
+/// Largest distance to which the contact margin grows with speed, m: fast bodies see their contacts one step ahead.
+pub const MAX_SPECULATIVE_MARGIN: f32 = 0.1;
+
+/// Contact points nearer to each other than this are one, m.
+pub const SAME_POINT: f32 = 1e-3;
+
+/// How many metres of reach a metre of gap costs a point when the polygon of a patch is chosen.
+pub const GAP_PENALTY: f32 = 20.0;
+
+/// Directions of contact kept per body pair.
+pub const MAX_PATCHES: usize = 4;
+
+/// Smallest cosine between the normals of one patch (about 15°).
+pub const PATCH_COSINE: f32 = 0.966;
+
+/// Contact points gathered per body pair before they are merged; deepest manifolds first would be dropped never: the
+/// list is reduced whenever it is full.
+pub const MAX_GATHERED_POINTS: usize = 64;
+
+/// An old contact point hands its impulse to a new one within this distance on either body, m.
+pub const MATCH_DISTANCE: f32 = 0.01;
+
+/// Smallest cosine between the normals of matching contact points.
+pub const MATCH_COSINE: f32 = 0.9;
+
+/// Natural frequency of a contact's spring, Hz. Stiffer separates overlap faster; too stiff shakes stacks of bodies with
+/// many contact points.
+pub const CONTACT_FREQUENCY: f32 = 120.0;
+
+/// Upper limit of that frequency as a share of the solver's rate, beyond which the spring is not resolved.
+pub const CONTACT_FREQUENCY_SHARE: f32 = 1.0 / 6.0;
+
+/// Damping ratio of that spring; far above 1, so that overlap creeps apart without overshoot.
+pub const CONTACT_DAMPING_RATIO: f32 = 10.0;
+
+/// How fast a contact's spring takes over the load that the contact carries, 1/s. Slower leaves heavy things sagging for
+/// longer; faster loses the spring's damping, and heavy things on light ones bounce.
+pub const LOAD_TRACKING_RATE: f32 = 6.0;
+
+/// Sweeps over the points of one patch before the next patch: the points of a flat contact fight one another, and
+/// settling that locally is cheap.
+pub const PATCH_SWEEPS: u32 = 2;
+
+/// How many times its first size a candidate's slots may grow before the candidate is given up.
+pub const MAX_CAPACITY_GROWTH: u32 = 64;
+
 /// Most faces of a hull of `MAX_HULL_VERTICES` (Euler: 2 V − 4).
 pub const MAX_HULL_FACES: usize = 2 * MAX_HULL_VERTICES - 4;
 
 /// Most edges of a hull of `MAX_HULL_VERTICES` (Euler: 3 V − 6).
 pub const MAX_HULL_EDGES: usize = 3 * MAX_HULL_VERTICES - 6;
 
-/// Most contact points of one hull pair or of a hull and the ground.
-pub const MAX_MANIFOLD_POINTS: usize = 16;
+/// Most contact points of one hull pair, of a hull and the ground, and of one patch of a body pair. Fewer is faster; too
+/// few cut corners off a support polygon, and things tip that stand.
+pub const MAX_MANIFOLD_POINTS: usize = 8;
 
 /// By how much a face of the smaller hull must beat the best face of the larger, and an edge pair the best face, to become the contact's axis, m.
 /// Axes of nearly equal depth would otherwise alternate from step to step, and the manifold with them.

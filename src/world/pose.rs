@@ -71,6 +71,11 @@ impl Velocity {
     pub const fn new(linear: Vec3, angular: Vec3) -> Self {
         Self { linear, pad0: 0.0, angular, pad1: 0.0 }
     }
+
+    /// True if no component is NaN or infinite.
+    pub fn is_finite(&self) -> bool {
+        self.linear.is_finite() && self.angular.is_finite()
+    }
 }
 
 /// Geodesic angle between two rotations, radians in [0, π]. Accurate for small angles, where `acos` is not.

@@ -1,5 +1,6 @@
 //! Parameters of the simulation, the energy and the search, as the configuration files name them.
 
+use super::Distribution;
 use serde::{Deserialize, Serialize};
 
 /// How a candidate is simulated. Defaults are the paper's (Isaac Gym's PhysX settings).
@@ -137,6 +138,8 @@ pub struct CemSettings {
     pub stop_energy: f32,
     /// A group's episode is done when the best energy has improved by less than 0.1 % in so many iterations; 0: never.
     pub patience: u32,
+    /// Candidate 0 of every iteration is the mean itself, at first the layout as it stands, instead of a sample.
+    pub sample_mean: bool,
 }
 
 impl Default for CemSettings {
@@ -153,6 +156,7 @@ impl Default for CemSettings {
             restart_std: 0.0,
             stop_energy: 0.01,
             patience: 0,
+            sample_mean: false,
         }
     }
 }
@@ -162,5 +166,11 @@ impl CemSettings {
     pub fn elite_count(&self) -> u32 {
         let share = f64::from(self.elite_fraction) * f64::from(self.candidates);
         ((share - 1e-4).ceil().max(1.0) as u32).min(self.candidates)
+    }
+
+    /// The distribution that a search of so many units starts from: zero mean, the same deviations for every unit.
+    pub fn initial(&self, units: usize) -> Distribution {
+        let [[x, y, z], [a, b, c]] = [self.translation_std, self.rotation_std];
+        Distribution { mean: vec![0.0; 6 * units], std: [x, y, z, a, b, c].repeat(units) }
     }
 }

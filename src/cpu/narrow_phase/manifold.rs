@@ -116,7 +116,6 @@ fn nearest_on_segments([p, p1]: [Vec3; 2], [q, q1]: [Vec3; 2]) -> (Vec3, Vec3) {
 }
 
 /// A convex polygon in an array of fixed size.
-#[derive(Clone, Copy)]
 struct Polygon {
     count: usize,
     corners: [Vec3; MAX_CLIPPED],
@@ -125,11 +124,42 @@ struct Polygon {
 impl Polygon {
     const EMPTY: Self = Self { count: 0, corners: [Vec3::ZERO; MAX_CLIPPED] };
 
+    fn corners(&self) -> &[Vec3] {
+        &self.corners[..self.count]
+    }
+
     fn push(&mut self, corner: Vec3) {
         if self.count < MAX_CLIPPED {
             self.corners[self.count] = corner;
             self.count += 1;
         }
+    }
+
+    /// What of `self` lies on the inner side of a line (Sutherland–Hodgman), into `kept`. False if all of it does, and
+    /// `kept` is not written.
+    fn cut(&self, outward: Vec3, limit: f32, kept: &mut Self) -> bool {
+        let mut beyond = [0.0; MAX_CLIPPED];
+        let mut farthest = f32::NEG_INFINITY;
+        for (b, p) in beyond.iter_mut().zip(self.corners()) {
+            *b = outward.dot(*p) - limit;
+            farthest = farthest.max(*b);
+        }
+        if farthest <= CLIP_TOLERANCE {
+            return false;
+        }
+        kept.count = 0;
+        let mut last = self.count - 1;
+        for next in 0..self.count {
+            if (beyond[last] > CLIP_TOLERANCE) != (beyond[next] > CLIP_TOLERANCE) {
+                let share = (beyond[last] / (beyond[last] - beyond[next])).clamp(0.0, 1.0);
+                kept.push(self.corners[last] + share * (self.corners[next] - self.corners[last]));
+            }
+            if beyond[next] <= CLIP_TOLERANCE {
+                kept.push(self.corners[next]);
+            }
+            last = next;
+        }
+        true
     }
 }
 
@@ -169,53 +199,38 @@ impl<'a> Clip<'a> {
         (start, (end - start).cross(self.normal).normalize_or_zero())
     }
 
-    /// A face of the other hull, in the reference hull's frame.
-    fn polygon(&self, face: &Face, polygon: &mut Polygon) {
+    /// A face of the other hull, in the reference hull's frame, into `polygon`. False if it is nowhere within `margin`.
+    fn polygon(&self, face: &Face, margin: f32, polygon: &mut Polygon) -> bool {
         let vertices = self.pair.tables.vertices_of(self.pair.hull(1 - self.reference));
         polygon.count = 0;
+        let mut lowest = f32::INFINITY;
         for &corner in self.pair.tables.corners_of(face) {
-            polygon.push(self.rotation * vertices[corner as usize].truncate() + self.shift);
+            let p = self.rotation * vertices[corner as usize].truncate() + self.shift;
+            lowest = lowest.min(self.normal.dot(p) - self.offset);
+            polygon.push(p);
         }
+        lowest <= margin
     }
 
-    /// What of a face of the other hull lies over the reference face (Sutherland–Hodgman).
-    fn clipped<'p>(&self, face: &Face, [polygon, kept]: &'p mut [Polygon; 2]) -> &'p [Vec3] {
-        let (mut polygon, mut kept) = (polygon, kept);
-        self.polygon(face, polygon);
-        let mut beyond = [0.0_f32; MAX_CLIPPED];
+    /// What of `polygon` lies over the reference face, in one of the two buffers.
+    fn clipped<'p>(&self, polygon: &'p mut Polygon, other: &'p mut Polygon) -> &'p Polygon {
+        let (mut from, mut to) = (polygon, other);
         for k in 0..self.corners.len() {
+            if from.count == 0 {
+                break;
+            }
             let (start, outward) = self.side(k);
-            let limit = outward.dot(start);
-            let count = polygon.count;
-            let mut farthest = f32::NEG_INFINITY;
-            for (beyond, &corner) in beyond.iter_mut().zip(&polygon.corners[..count]) {
-                *beyond = outward.dot(corner) - limit;
-                farthest = farthest.max(*beyond);
+            if from.cut(outward, outward.dot(start), to) {
+                std::mem::swap(&mut from, &mut to);
             }
-            if farthest <= CLIP_TOLERANCE {
-                continue;
-            }
-            kept.count = 0;
-            let mut from = count.max(1) - 1;
-            for to in 0..count {
-                if (beyond[from] > CLIP_TOLERANCE) != (beyond[to] > CLIP_TOLERANCE) {
-                    let share = (beyond[from] / (beyond[from] - beyond[to])).clamp(0.0, 1.0);
-                    kept.push(polygon.corners[from].lerp(polygon.corners[to], share));
-                }
-                if beyond[to] <= CLIP_TOLERANCE {
-                    kept.push(polygon.corners[to]);
-                }
-                from = to;
-            }
-            std::mem::swap(&mut polygon, &mut kept);
         }
-        &polygon.corners[..polygon.count]
+        from
     }
 
     /// Clips every face of the other hull that is turned against the reference face, and `incident` in any case.
     fn faces(&self, incident: u32, margin: f32, out: &mut Manifold) {
-        let mut buffers = [Polygon::EMPTY; 2];
         let mut points = [Vec4::ZERO; MAX_COLLECTED];
+        let mut buffers = [Polygon::EMPTY; 2];
         let mut count = 0;
         let facing = -(self.rotation.transpose() * self.normal).extend(0.0);
         for (i, face) in self.pair.tables.faces_of(self.pair.hull(1 - self.reference)).iter().enumerate() {
@@ -225,8 +240,12 @@ impl<'a> Clip<'a> {
             if count > MAX_MANIFOLD_POINTS {
                 count = self.thin(&mut points, count);
             }
+            if !self.polygon(face, margin, &mut buffers[0]) {
+                continue;
+            }
             let earlier = count;
-            for &p in self.clipped(face, &mut buffers) {
+            let [polygon, other] = &mut buffers;
+            for &p in self.clipped(polygon, other).corners() {
                 let separation = self.normal.dot(p) - self.offset;
                 // Neighbouring faces share corners.
                 let again = |q: &Vec4| q.truncate().distance_squared(p) < CLIP_TOLERANCE * CLIP_TOLERANCE;
@@ -248,7 +267,7 @@ impl<'a> Clip<'a> {
 
     /// Keeps `MAX_MANIFOLD_POINTS` of the points (w: separation).
     fn thin(&self, points: &mut [Vec4; MAX_COLLECTED], count: usize) -> usize {
-        let kept = reduce(count, |i| (points[i].truncate(), points[i].w), self.normal, MAX_MANIFOLD_POINTS);
+        let kept = reduce(count, |i| (points[i].truncate(), points[i].w), self.normal);
         let all = *points;
         for (to, &from) in points.iter_mut().zip(kept.indices()) {
             *to = all[from as usize];
@@ -272,7 +291,7 @@ impl<'a> Clip<'a> {
     fn nearest_outlines(&self, incident: u32) -> (Vec3, Vec3) {
         let face = &self.pair.tables.faces_of(self.pair.hull(1 - self.reference))[incident as usize];
         let mut polygon = Polygon::EMPTY;
-        self.polygon(face, &mut polygon);
+        self.polygon(face, 0.0, &mut polygon);
         let at = |k: usize| self.vertices[self.corners[k % self.corners.len()] as usize].truncate();
         let (mut least, mut nearest) = (f32::INFINITY, (Vec3::ZERO, Vec3::ZERO));
         for k in 0..self.corners.len() {

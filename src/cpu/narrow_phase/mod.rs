@@ -14,7 +14,7 @@ mod twin_tables;
 
 pub use manifold::manifold;
 pub use plane::plane_hull;
-pub use reduce::{Selection, reduce};
+pub use reduce::{Selection, reduce, tangents};
 pub use reference::Reference;
 pub use twin::Twin;
 

@@ -1,7 +1,7 @@
 //! Contacts of a hull with a plane: every vertex near it, thinned to the corners of their footprint.
 
 use super::{Manifold, ManifoldPoint, reduce};
-use crate::world::constants::{MAX_HULL_VERTICES, MAX_MANIFOLD_POINTS};
+use crate::world::constants::MAX_HULL_VERTICES;
 use crate::world::{HullTables, Pose};
 use glam::Vec3;
 
@@ -40,7 +40,7 @@ pub fn plane_hull(
     if count <= 3 {
         near[..count].iter().for_each(|&p| put(p));
     } else {
-        let kept = reduce(count, |i| near[i], local, MAX_MANIFOLD_POINTS);
+        let kept = reduce(count, |i| near[i], local);
         kept.indices().iter().for_each(|&i| put(near[i as usize]));
     }
 }

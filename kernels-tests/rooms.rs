@@ -1,0 +1,144 @@
+//! The optimizer with the CPU simulator on the benchmark scene; skipped where the shared scenes are absent.
+
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use glam::DVec3;
+use rest3d_gpu::cpu::{CpuBackend, CpuSearch, Simulator};
+use rest3d_gpu::optimize::{Checkpoint, Config, Event, Observer, Outcome, run};
+use rest3d_gpu::scene::Scene;
+use rest3d_gpu::shape::{Shape, ShapeRequest, ShapeSettings, build_shapes};
+use rest3d_gpu::world::{
+    Backend, BackendError, Energy, Flow, Pose, Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
+};
+use std::path::Path;
+use std::sync::Mutex;
+
+/// Twelve bodies with ready-made parts: no decomposition is waited for.
+fn bench12() -> Option<(Scene, Vec<Shape>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/bench12");
+    if !folder.exists() {
+        eprintln!("skipped: no shared scenes beside the project");
+        return None;
+    }
+    let scene = Scene::read(&folder).unwrap();
+    let requests: Vec<ShapeRequest> = (scene.objects.iter())
+        .map(|object| ShapeRequest {
+            name: object.name.clone(),
+            category: object.category.clone(),
+            mesh: object.mesh.clone(),
+            scale: object.scale.as_vec3(),
+            mass: object.mass.map(|mass| mass as f32),
+            convex_parts: object.convex_parts.clone(),
+            up: (object.pose.rotation.conjugate() * DVec3::Y).as_vec3(),
+        })
+        .collect();
+    let shapes = build_shapes(&requests, &ShapeSettings::default(), None, &|_, _, _| ()).unwrap();
+    Some((scene, shapes))
+}
+
+fn config(candidates: u32) -> Config {
+    let mut config = Config { seat: true, ..Default::default() };
+    for cem in [&mut config.local, &mut config.global] {
+        cem.candidates = candidates;
+        cem.iterations = 2;
+        cem.episodes = 1;
+        cem.elite_fraction = 0.3;
+        cem.sample_mean = true;
+    }
+    config
+}
+
+/// Keeps all checkpoints.
+#[derive(Default)]
+struct Keep(Vec<String>);
+
+impl Observer for Keep {
+    fn event(&mut self, event: Event<'_>) -> Flow {
+        if let Event::GroupDone { checkpoint, .. } = event {
+            self.0.push(checkpoint.to_json());
+        }
+        Flow::Continue
+    }
+}
+
+fn bits(outcome: &Outcome) -> Vec<[u64; 7]> {
+    let numbers = |o: &rest3d_gpu::optimize::ObjectOutcome| {
+        let ([x, y, z], [i, j, k, w]) = (o.pose.translation.to_array(), o.pose.rotation.to_array());
+        [x, y, z, i, j, k, w].map(f64::to_bits)
+    };
+    outcome.objects.iter().map(numbers).collect()
+}
+
+#[test]
+fn a_table_with_dishes_stands_and_the_seed_decides_every_bit() {
+    let Some((scene, shapes)) = bench12() else { return };
+    let mut keep = Keep::default();
+    let mut go = |resume| run(&scene, &shapes, &CpuBackend, &config(6), 1, resume, &mut keep).unwrap();
+    let first = go(None);
+    for (object, outcome) in scene.objects.iter().zip(&first.objects) {
+        // The input stands, half a millimetre above its supports.
+        assert!(outcome.stable && !outcome.fallen && !outcome.lost_support, "{}: {outcome:?}", object.name);
+        assert!(outcome.moved < 0.02 && outcome.drift < 1e-3, "{}: {outcome:?}", object.name);
+    }
+    assert!(first.at_rest && first.notes.is_empty(), "{:?}", first.notes);
+    let second = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| go(None));
+    assert_eq!(bits(&first), bits(&second));
+    assert_eq!(first.iterations, second.iterations);
+    let checkpoint = Checkpoint::from_json(&keep.0[3]).unwrap();
+    let resumed = run(&scene, &shapes, &CpuBackend, &config(6), 1, Some(checkpoint), &mut Keep::default()).unwrap();
+    assert_eq!(bits(&first), bits(&resumed));
+}
+
+/// The CPU backend, remembering the worlds that it searches.
+#[derive(Default)]
+struct Spy(Mutex<Vec<World>>);
+
+impl Backend for Spy {
+    fn describe(&self) -> String {
+        CpuBackend.describe()
+    }
+
+    fn simulate(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[Pose],
+        on_step: &mut dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow,
+    ) -> Result<Vec<Status>, BackendError> {
+        CpuBackend.simulate(world, settings, starts, on_step)
+    }
+
+    fn search<'a>(
+        &'a self,
+        world: &'a World,
+        settings: &'a SearchSettings,
+        stream: Stream,
+    ) -> Result<Box<dyn Search + 'a>, BackendError> {
+        self.0.lock().unwrap().push(world.clone());
+        CpuBackend.search(world, settings, stream)
+    }
+}
+
+#[test]
+fn an_energy_depends_on_neither_neighbours_nor_threads() {
+    let Some((scene, shapes)) = bench12() else { return };
+    let spy = Spy::default();
+    run(&scene, &shapes, &spy, &config(1), 1, None, &mut Keep::default()).unwrap();
+    let worlds = spy.0.lock().unwrap();
+    let world = worlds.last().unwrap();
+    let energies = |candidates: u32, threads: usize| -> Vec<Energy> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut settings = SearchSettings::default();
+            settings.cem.candidates = candidates;
+            let simulator = Simulator::new(world, &settings.simulation);
+            let mut search = CpuSearch::new(world, &settings, Stream { seed: 9, stage: 0 }, simulator);
+            search.iterate().unwrap();
+            search.energies().to_vec()
+        })
+    };
+    let many = energies(9, 2);
+    assert_eq!(many[..5], energies(5, 1));
+    assert_eq!(many, energies(9, 3));
+    assert!(many.windows(2).all(|pair| pair[0] != pair[1]), "candidates differ");
+}

@@ -1,0 +1,162 @@
+//! `optimize`: from a broken layout to one that stands.
+
+use super::backend::BackendArgs;
+use super::progress::SearchProgress;
+use super::{Failure, config, interrupt, output, print_result, say, shapes};
+use rest3d_gpu::files::write_whole;
+use rest3d_gpu::optimize::{self, Checkpoint, Event, Observer, Outcome};
+use rest3d_gpu::report::{Report, Run, energy_csv, part_files};
+use rest3d_gpu::scene::Scene;
+use rest3d_gpu::shape::Shape;
+use rest3d_gpu::world::Flow;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Find a layout near the scene's in which everything stands
+///
+/// Leaves scene.json, parts/, report.json and energy.csv in DIR. Ctrl-C keeps the best layout so far; --resume goes on.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A scene.json, a folder that holds one, or a REST3D stage2 folder
+    scene: PathBuf,
+    /// Folder for the result [default: out/<scene name>]
+    #[arg(short, long = "output", value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Configuration: a TOML file, or one of default, quick, paper
+    #[arg(long, value_name = "FILE", default_value = "default")]
+    config: String,
+    #[command(flatten)]
+    backend: BackendArgs,
+    /// Seed of all random numbers: same seed, same machine, same result
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Candidates per iteration, in place of the configuration's
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
+    candidates: Option<u32>,
+    /// Iterations per episode, in place of the configuration's
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
+    iterations: Option<u32>,
+    /// Go on from the checkpoint that an interrupted run left in DIR
+    #[arg(long)]
+    resume: bool,
+    /// Put the report on stdout as one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs it.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let config = config::load(&args.config, args.candidates, args.iterations)?;
+    let backend = args.backend.open()?;
+    let scene = Scene::read(&args.scene)?;
+    for warning in &scene.warnings {
+        say(format_args!("warning: {warning}"));
+    }
+    let dir = args.output.clone().unwrap_or_else(|| Path::new("out").join(output::folder_name(&scene.name)));
+    output::refuse_to_overwrite(&scene, &dir.join("scene.json"))?;
+    output::check_writable(&dir)?;
+    let checkpoint = dir.join("checkpoint.json");
+    let resume = if args.resume { read_checkpoint(&checkpoint)? } else { None };
+    let clock = Instant::now();
+    let shapes = shapes::make(&scene)?;
+    let shape_seconds = clock.elapsed().as_secs_f64();
+
+    let stop = interrupt::watch()?;
+    let mut watch = Watch { progress: SearchProgress::new(), stop: &stop, checkpoint: &checkpoint };
+    let outcome = optimize::run(&scene, &shapes, backend.as_ref(), &config, args.seed, resume, &mut watch);
+    watch.progress.finish();
+    let outcome = outcome?;
+    for note in &outcome.notes {
+        say(format_args!("note: {note}"));
+    }
+
+    let (input, processor) = (args.scene.display().to_string(), backend.describe());
+    let described = Run { input: &input, backend: &processor, seed: args.seed, shape_seconds };
+    let report = Report::new(described, &scene, &shapes, &config, &outcome);
+    let files = files(&scene, &shapes, &outcome, &report, &dir)?;
+    output::write_all(&dir, &files)?;
+    print_result(args.json, &report, report.summary())?;
+    if !outcome.finished {
+        return Err(Failure::Other(format!(
+            "stopped before the end: {} holds the best layout so far; the same command with --resume goes on",
+            dir.display()
+        )));
+    }
+    remove_checkpoint(&checkpoint);
+    say(format_args!("result: {}", dir.display()));
+    Ok(())
+}
+
+/// All files of the result, as paths inside `dir`; `scene.json` refers to the others and so comes last.
+fn files(
+    scene: &Scene,
+    shapes: &[Shape],
+    outcome: &Outcome,
+    report: &Report<'_>,
+    dir: &Path,
+) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
+    let mut report = serde_json::to_vec_pretty(report)
+        .map_err(|error| Failure::Other(format!("report.json: cannot be written as JSON: {error}")))?;
+    report.push(b'\n');
+    let parts = part_files(scene, shapes);
+    let mut scene = scene.clone();
+    for ((object, outcome), parts) in scene.objects.iter_mut().zip(&outcome.objects).zip(&parts) {
+        object.pose = outcome.pose;
+        object.convex_parts = parts.iter().map(|(name, _)| dir.join(name)).collect();
+    }
+    let mut files: Vec<(PathBuf, Vec<u8>)> = parts.into_iter().flatten().collect();
+    files.push(("energy.csv".into(), energy_csv(outcome).into_bytes()));
+    files.push(("report.json".into(), report));
+    files.push(("scene.json".into(), scene.to_json(dir).into_bytes()));
+    Ok(files)
+}
+
+fn read_checkpoint(path: &Path) -> Result<Option<Checkpoint>, Failure> {
+    match fs::read_to_string(path) {
+        Ok(text) => Checkpoint::from_json(&text)
+            .map(Some)
+            .map_err(|error| Failure::Input(format!("{}: {error}", path.display()))),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            say(format_args!("{}: no checkpoint: starting from the beginning", path.display()));
+            Ok(None)
+        }
+        Err(error) => Err(Failure::Input(format!("{}: cannot be read: {error}", path.display()))),
+    }
+}
+
+/// A checkpoint that stays does no harm: another run refuses it.
+fn remove_checkpoint(path: &Path) {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            say(format_args!("warning: {}: cannot be removed: {error}", path.display()));
+        }
+        _ => {}
+    }
+}
+
+/// Shows progress, writes checkpoints, and passes Ctrl-C on.
+struct Watch<'a> {
+    progress: SearchProgress,
+    stop: &'a AtomicBool,
+    checkpoint: &'a Path,
+}
+
+impl Observer for Watch<'_> {
+    fn event(&mut self, event: Event<'_>) -> Flow {
+        self.progress.show(&event);
+        if let Event::GroupDone { checkpoint, .. } = event {
+            let dir = self.checkpoint.parent().unwrap_or(self.checkpoint);
+            let text = checkpoint.to_json();
+            if let Err(error) = fs::create_dir_all(dir).and_then(|()| write_whole(self.checkpoint, text.as_bytes())) {
+                self.progress.line(&format!(
+                    "warning: {}: cannot be written: {error}; --resume will not find it",
+                    self.checkpoint.display()
+                ));
+            }
+        }
+        if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
+    }
+}

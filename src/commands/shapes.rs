@@ -1,0 +1,39 @@
+//! Convex parts for every object of a scene, with progress.
+
+use super::{Failure, progress, say};
+use glam::DVec3;
+use rest3d_gpu::scene::Scene;
+use rest3d_gpu::shape::{Cache, Shape, ShapeRequest, ShapeSettings, build_shapes};
+use std::time::Instant;
+
+/// Makes or finds the shapes, in the scene's order.
+pub fn make(scene: &Scene) -> Result<Vec<Shape>, Failure> {
+    let requests: Vec<ShapeRequest> = (scene.objects.iter())
+        .map(|object| ShapeRequest {
+            name: object.name.clone(),
+            category: object.category.clone(),
+            mesh: object.mesh.clone(),
+            scale: object.scale.as_vec3(),
+            mass: object.mass.map(|mass| mass as f32),
+            convex_parts: object.convex_parts.clone(),
+            up: (object.pose.rotation.conjugate() * DVec3::Y).as_vec3(),
+        })
+        .collect();
+    let clock = Instant::now();
+    let bar = progress::bar(requests.len() as u64, progress::SHORT);
+    let shapes =
+        build_shapes(&requests, &ShapeSettings::default(), Cache::default_location().as_ref(), &|done, _, name| {
+            bar.set_position(done as u64);
+            bar.set_message(format!("shapes {done}/{}: {name}", requests.len()));
+        });
+    bar.finish_and_clear();
+    let shapes = shapes?;
+    for (i, shape) in shapes.iter().enumerate() {
+        let [low, high] = shape.bounds;
+        scene.check_size(i, (high - low).max_element().into())?;
+    }
+    let parts: usize = shapes.iter().map(|shape| shape.parts.len()).sum();
+    let seconds = clock.elapsed().as_secs_f64();
+    say(format_args!("shapes: {} objects, {parts} convex parts, {seconds:.1} s", shapes.len()));
+    Ok(shapes)
+}

@@ -1,0 +1,118 @@
+//! Broad phase: which hull pairs may touch, in a fixed order.
+//!
+//! Body boxes first, then hull boxes of the pairs that remain. Boxes are the rotated local boxes, so no vertex is
+//! read. Margins grow with speed, so that a fast body meets its contacts one step ahead.
+
+use crate::world::{Pose, Velocity, World, constants::MAX_SPECULATIVE_MARGIN};
+use glam::{Mat3, Vec3};
+
+/// A hull pair whose boxes overlap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HullPair {
+    /// Index into `World::pairs`.
+    pub pair: u32,
+    /// Hull of the pair's first body.
+    pub a: u32,
+    /// Hull of the pair's second body.
+    pub b: u32,
+}
+
+/// Axis-aligned box, m.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    center: Vec3,
+    half: Vec3,
+}
+
+impl Bounds {
+    const EMPTY: Self = Self { center: Vec3::ZERO, half: Vec3::NEG_INFINITY };
+
+    fn overlaps(&self, other: &Self, margin: f32) -> bool {
+        ((self.center - other.center).abs()).cmple(self.half + other.half + margin).all()
+    }
+
+    fn around(low: Vec3, high: Vec3) -> Self {
+        Self { center: 0.5 * (low + high), half: 0.5 * (high - low) }
+    }
+}
+
+/// Scratch of the broad phase of one candidate.
+#[derive(Debug, Default)]
+pub struct BroadPhase {
+    hulls: Vec<Bounds>,
+    bodies: Vec<Bounds>,
+    margins: Vec<f32>,
+}
+
+impl BroadPhase {
+    /// Moves all boxes to the bodies' poses. `offset` is the contact offset (m), `dt` the time to the next call (s).
+    pub fn update(&mut self, world: &World, poses: &[Pose], velocities: &[Velocity], offset: f32, dt: f32) {
+        self.hulls.clear();
+        self.bodies.clear();
+        self.margins.clear();
+        for ((body, pose), velocity) in world.bodies.iter().zip(poses).zip(velocities) {
+            let turn = Mat3::from_quat(pose.rotation);
+            let spread = Mat3::from_cols(turn.x_axis.abs(), turn.y_axis.abs(), turn.z_axis.abs());
+            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            for hull in &world.hulls.hulls[body.first_hull as usize..][..body.hull_count as usize] {
+                let center = turn * hull.center + pose.translation;
+                let half = spread * hull.half_extents;
+                low = low.min(center - half);
+                high = high.max(center + half);
+                self.hulls.push(Bounds { center, half });
+            }
+            self.bodies.push(if body.hull_count == 0 { Bounds::EMPTY } else { Bounds::around(low, high) });
+            let reach = dt * (velocity.linear.length() + velocity.angular.length() * body.radius);
+            self.margins.push(0.5 * offset + reach.min(0.5 * MAX_SPECULATIVE_MARGIN));
+        }
+    }
+
+    /// Distance within which contacts of this body pair are made, m.
+    pub fn margin(&self, pair: [u32; 2]) -> f32 {
+        self.margins[pair[0] as usize] + self.margins[pair[1] as usize]
+    }
+
+    /// Distance within which contacts of a body with an unmoving plane are made, m.
+    pub fn ground_margin(&self, body: usize, offset: f32) -> f32 {
+        self.margins[body] + 0.5 * offset
+    }
+
+    /// Lowest y of a body's box, m.
+    pub fn lowest(&self, body: usize) -> f32 {
+        self.bodies[body].center.y - self.bodies[body].half.y
+    }
+
+    /// Lists overlapping hull pairs in the order of `World::pairs`. `extra` widens every margin (m). Counts on past
+    /// `capacity` without storing, so that the caller can grow and call again.
+    pub fn pairs(
+        &self,
+        world: &World,
+        margin: impl Fn([u32; 2]) -> f32,
+        capacity: u32,
+        out: &mut Vec<HullPair>,
+    ) -> u32 {
+        out.clear();
+        let mut count = 0;
+        for (index, &pair) in world.pairs.iter().enumerate() {
+            let [a, b] = pair.map(|i| i as usize);
+            let margin = margin(pair);
+            if !self.bodies[a].overlaps(&self.bodies[b], margin) {
+                continue;
+            }
+            for hull_a in world.hulls_of(a) {
+                if !self.hulls[hull_a].overlaps(&self.bodies[b], margin) {
+                    continue;
+                }
+                for hull_b in world.hulls_of(b) {
+                    if self.hulls[hull_a].overlaps(&self.hulls[hull_b], margin) {
+                        if count < capacity {
+                            out.push(HullPair { pair: index as u32, a: hull_a as u32, b: hull_b as u32 });
+                        }
+                        count += 1;
+                    }
+                }
+            }
+        }
+        count
+    }
+}

@@ -1,0 +1,199 @@
+//! Contacts of one candidate: hull manifolds gathered and merged per body pair, matched to the last substep.
+//!
+//! A compound makes one manifold per hull pair, thousands of redundant points that jitter. What supports a body is the
+//! convex polygon of its contact area, so the points of a body pair are grouped by direction into patches, and each
+//! patch keeps the few points that span it.
+
+use super::narrow_phase::{ManifoldPoint, reduce};
+use crate::world::{
+    Pose,
+    constants::{MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES, PATCH_COSINE},
+};
+use glam::Vec3;
+
+/// `Patch::a` of a contact with the ground.
+pub const GROUND: u32 = u32::MAX;
+
+/// Contact points of two bodies in about one direction; friction acts on all of them together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// Index into `World::pairs`; past its end, the body's contact with the ground.
+    pub pair: u32,
+    /// First body, or `GROUND`.
+    pub a: u32,
+    /// Second body.
+    pub b: u32,
+    /// First of its points.
+    pub first: u32,
+    /// Number of its points.
+    pub count: u32,
+    /// Unit normal from `a` to `b` at the deepest point, world.
+    pub normal: Vec3,
+    /// Tangential impulse on `b` of the last small step, world, N s.
+    pub friction: Vec3,
+    /// Angular impulse about the normal on `b` of the last small step, N m s.
+    pub twist: f32,
+}
+
+/// A contact point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Unit normal from the first body to the second, world.
+    pub normal: Vec3,
+    /// Middle between the two surfaces, world, m.
+    pub point: Vec3,
+    /// Distance of the surfaces along the normal, m; negative: overlap.
+    pub separation: f32,
+    /// The point in the frame of the first body (the world for the ground) and of the second, m: what matching compares.
+    pub anchors: [Vec3; 2],
+    /// Normal impulse of the last small step, N s.
+    pub impulse: f32,
+    /// Load that the contact has carried on average lately, N s a small step: where its spring is at rest.
+    pub load: f32,
+}
+
+/// Patches and points of one candidate.
+#[derive(Debug, Default)]
+pub struct ContactSet {
+    /// In the order of `World::pairs`, then the ground's.
+    pub patches: Vec<Patch>,
+    /// Points, patch by patch.
+    pub points: Vec<Contact>,
+}
+
+impl ContactSet {
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.patches.clear();
+        self.points.clear();
+    }
+
+    /// Points of a patch.
+    pub fn points_of(&self, patch: &Patch) -> &[Contact] {
+        &self.points[patch.first as usize..][..patch.count as usize]
+    }
+
+    /// Adds a patch of a pair. `old` is the last substep's set and `candidates` its patches of the same pair: the
+    /// best-aligned one hands over its friction, and its points their impulses, each once.
+    pub fn push(
+        &mut self,
+        pair: u32,
+        [a, b]: [u32; 2],
+        poses: &[Pose],
+        gathered: &[Gathered],
+        old: &mut Self,
+        candidates: std::ops::Range<usize>,
+    ) {
+        let normal = gathered[0].normal;
+        let aligned = |patch: &Patch| patch.normal.dot(normal);
+        let matching = old.patches[candidates]
+            .iter()
+            .filter(|patch| aligned(patch) > MATCH_COSINE)
+            .max_by(|p, q| aligned(p).total_cmp(&aligned(q)))
+            .copied();
+        let old_points = match &matching {
+            Some(patch) => &mut old.points[patch.first as usize..][..patch.count as usize],
+            None => &mut [],
+        };
+        self.patches.push(Patch {
+            pair,
+            a,
+            b,
+            first: self.points.len() as u32,
+            count: gathered.len() as u32,
+            normal,
+            friction: matching.map_or(Vec3::ZERO, |patch| patch.friction),
+            twist: matching.map_or(0.0, |patch| patch.twist),
+        });
+        for Gathered { normal, point } in gathered {
+            let middle = 0.5 * (point.on_a + point.on_b);
+            let on_a = if a == GROUND { middle } else { poses[a as usize].inverse_point(middle) };
+            let anchors = [on_a, poses[b as usize].inverse_point(middle)];
+            let (impulse, load) = take_nearest(old_points, anchors);
+            self.points.push(Contact {
+                normal: *normal,
+                point: middle,
+                separation: point.separation,
+                anchors,
+                impulse,
+                load,
+            });
+        }
+    }
+}
+
+/// Impulse and load of the nearest old point, which is used up: an impulse must not be counted twice.
+fn take_nearest(old: &mut [Contact], anchors: [Vec3; 2]) -> (f32, f32) {
+    let mut nearest = (MATCH_DISTANCE * MATCH_DISTANCE, None);
+    for (index, point) in old.iter().enumerate() {
+        // A body that slides keeps its point in one of the two frames.
+        let distance = point.anchors[0].distance_squared(anchors[0]).min(point.anchors[1].distance_squared(anchors[1]));
+        if distance < nearest.0 {
+            nearest = (distance, Some(index));
+        }
+    }
+    nearest.1.map_or((0.0, 0.0), |index| {
+        old[index].anchors = [Vec3::INFINITY; 2];
+        (old[index].impulse, old[index].load)
+    })
+}
+
+/// A manifold point with its normal.
+#[derive(Clone, Copy, Debug)]
+pub struct Gathered {
+    /// Unit normal from the first body to the second.
+    pub normal: Vec3,
+    /// Where.
+    pub point: ManifoldPoint,
+}
+
+/// Gathers the points of one body pair and merges them into patches.
+#[derive(Debug, Default)]
+pub struct Gatherer {
+    points: Vec<Gathered>,
+    merged: Vec<Gathered>,
+    patch: Vec<Gathered>,
+    ends: Vec<usize>,
+}
+
+impl Gatherer {
+    /// Empties the list for the next pair.
+    pub fn clear(&mut self) {
+        self.points.clear();
+    }
+
+    /// Adds a manifold's points; merges what is there when the list would overflow.
+    pub fn add(&mut self, normal: Vec3, points: &[ManifoldPoint]) {
+        if self.points.len() + points.len() > MAX_GATHERED_POINTS {
+            self.merge();
+            std::mem::swap(&mut self.points, &mut self.merged);
+        }
+        self.points.extend(points.iter().map(|&point| Gathered { normal, point }));
+    }
+
+    /// Merges to at most `MAX_PATCHES` patches of at most `MAX_MANIFOLD_POINTS` points, the deepest first; empties
+    /// the list.
+    pub fn merge(&mut self) {
+        self.merged.clear();
+        self.ends.clear();
+        while self.ends.len() < MAX_PATCHES {
+            let depth = |p: &Gathered| p.point.separation;
+            let Some(deepest) = self.points.iter().copied().min_by(|p, q| depth(p).total_cmp(&depth(q))) else { break };
+            let belongs = |p: &Gathered| p.normal.dot(deepest.normal) >= PATCH_COSINE;
+            self.patch.clear();
+            self.patch.extend(self.points.iter().filter(|p| belongs(p)));
+            self.points.retain(|p| !belongs(p));
+            let offered = |i: usize| (self.patch[i].point.on_b, self.patch[i].point.separation);
+            let kept = reduce(self.patch.len(), offered, deepest.normal);
+            self.merged.extend(kept.indices().iter().map(|&i| self.patch[i as usize]));
+            self.ends.push(self.merged.len());
+        }
+        self.points.clear();
+    }
+
+    /// The patches that `merge` made.
+    pub fn patches(&self) -> impl Iterator<Item = &[Gathered]> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, &end)| &self.merged[start..end])
+    }
+}

@@ -1,0 +1,49 @@
+//! Kernel `sample`: draws one candidate's adjustment from the search's Gaussian.
+//!
+//! Random numbers come from Philox4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011): key =
+//! seed, counter = (stage, iteration, candidate, dimension / 4). A candidate's numbers depend on nothing else, so K,
+//! threads and neighbours cannot change them.
+
+use crate::world::Stream;
+use std::f32::consts::TAU;
+
+/// Philox4x32-10: four random words for a counter and a key.
+pub fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
+    const MULTIPLIERS: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
+    const WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
+    let [mut x0, mut x1, mut x2, mut x3] = counter;
+    let [mut k0, mut k1] = key;
+    for _ in 0..10 {
+        let a = u64::from(MULTIPLIERS[0]) * u64::from(x0);
+        let b = u64::from(MULTIPLIERS[1]) * u64::from(x2);
+        [x0, x1, x2, x3] = [(b >> 32) as u32 ^ x1 ^ k0, b as u32, (a >> 32) as u32 ^ x3 ^ k1, a as u32];
+        k0 = k0.wrapping_add(WEYL[0]);
+        k1 = k1.wrapping_add(WEYL[1]);
+    }
+    [x0, x1, x2, x3]
+}
+
+/// Four standard normals from four random words (Box and Muller). Radii come from 24 bits in (0, 1], so the logarithm is
+/// finite and no normal exceeds 5.8; angles lie in [−π, π), where shaders promise accurate sines.
+pub fn normals(words: [u32; 4]) -> [f32; 4] {
+    const UNIT: f32 = 1.0 / 16_777_216.0;
+    let pair = |a: u32, b: u32| {
+        let radius = (-2.0 * (((a >> 8) + 1) as f32 * UNIT).ln()).sqrt();
+        let (sin, cos) = (((b >> 8) as f32 * UNIT - 0.5) * TAU).sin_cos();
+        [radius * cos, radius * sin]
+    };
+    let ([a, b], [c, d]) = (pair(words[0], words[1]), pair(words[2], words[3]));
+    [a, b, c, d]
+}
+
+/// Fills `delta` (6 · units: shift x y z in m, axis-angle x y z in rad, for each unit) with `mean + std · normal`.
+pub fn sample(mean: &[f32], std: &[f32], stream: Stream, iteration: u32, candidate: u32, delta: &mut [f32]) {
+    let key = [stream.seed as u32, (stream.seed >> 32) as u32];
+    for (block, out) in delta.chunks_mut(4).enumerate() {
+        let z = normals(philox([stream.stage, iteration, candidate, block as u32], key));
+        for (lane, value) in out.iter_mut().enumerate() {
+            let dimension = 4 * block + lane;
+            *value = mean[dimension] + std[dimension] * z[lane];
+        }
+    }
+}

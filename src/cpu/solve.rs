@@ -1,0 +1,394 @@
+//! Contact solver of one candidate: temporal Gauss–Seidel with soft contacts (the idea of "soft step" in Box2D v3; the
+//! small steps are those of PhysX's TGS).
+//!
+//! A substep is cut into `position_iterations` small steps `h`. Each applies gravity, warm-starts, solves friction and
+//! every contact once as an overdamped spring, moves the bodies, and solves once more with rigid contacts, so that
+//! push-out leaves no kinetic energy behind. A plain spring sags under load and a rigid contact rings when a heavy body
+//! lies on a light one; this spring is at rest at the load that the contact has carried lately, which does neither.
+//! Normals and lever arms are those of the substep's start; separations follow the bodies' motion to first order.
+
+use super::contacts::{Contact, ContactSet, GROUND};
+use super::narrow_phase::tangents;
+use crate::world::{
+    Body, Pose, SimSettings, Velocity,
+    constants::{
+        CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, LINEAR_SLOP, LOAD_TRACKING_RATE,
+        PATCH_SWEEPS,
+    },
+};
+use glam::{Mat3, Quat, Vec3};
+
+/// One scalar constraint between two bodies: the relative velocity of their touching points along `axis`.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    axis: Vec3,
+    angular_a: Vec3,
+    angular_b: Vec3,
+    /// World inverse inertia times the angular parts.
+    turn_a: Vec3,
+    turn_b: Vec3,
+    /// Effective mass, kg.
+    mass: f32,
+}
+
+/// A contact point ready to solve.
+#[derive(Clone, Copy, Debug, Default)]
+struct Normal {
+    a: u32,
+    b: u32,
+    row: Row,
+    /// Separation at the substep's start less the rest offset, m.
+    separation: f32,
+    /// Distance from the patch's centre, m: lever of its friction against twisting.
+    lever: f32,
+    /// Accumulated impulse of one small step, N s.
+    impulse: f32,
+    /// The impulse after the last rigid sweep: what bounds friction.
+    rigid: f32,
+    /// `Contact::load`.
+    load: f32,
+}
+
+/// Friction of a patch: two directions at the centre of pressure and the twist about the normal. All tangential forces
+/// of a flat patch add up to these three, and three rows cannot fight one another as two rows a point do.
+#[derive(Clone, Copy, Debug, Default)]
+struct Friction {
+    a: u32,
+    b: u32,
+    /// Its points.
+    first: u32,
+    count: u32,
+    tangents: [Row; 2],
+    twist: Row,
+    /// Accumulated impulses of one small step, N s and N m s.
+    impulse: [f32; 3],
+}
+
+/// State of a body inside a substep.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moving {
+    velocity: Velocity,
+    /// Shift and turn since the substep's start, m and rad.
+    shift: Vec3,
+    turn: Vec3,
+    inverse_mass: f32,
+    inverse_inertia: Mat3,
+}
+
+/// Scratch of the solver of one candidate; the last entry of `bodies` is the ground.
+#[derive(Debug, Default)]
+pub struct Solver {
+    bodies: Vec<Moving>,
+    normals: Vec<Normal>,
+    frictions: Vec<Friction>,
+}
+
+/// Spring coefficients of a soft contact over a small step.
+#[derive(Clone, Copy, Debug)]
+struct Softness {
+    /// Share of the overlap pushed out per second, 1/s.
+    bias_rate: f32,
+    mass_scale: f32,
+    impulse_scale: f32,
+}
+
+impl Softness {
+    /// Implicit damped spring over a step `h` (E. Catto, "Soft Constraints", GDC 2011).
+    fn new(h: f32) -> Self {
+        let omega = std::f32::consts::TAU * CONTACT_FREQUENCY.min(CONTACT_FREQUENCY_SHARE / h);
+        let a1 = 2.0 * CONTACT_DAMPING_RATIO + h * omega;
+        let a2 = h * omega * a1;
+        let a3 = 1.0 / (1.0 + a2);
+        Self { bias_rate: omega / a1, mass_scale: a2 * a3, impulse_scale: a3 }
+    }
+}
+
+impl Solver {
+    /// Advances all bodies by one substep. Contacts keep their impulses for the next call's warm start.
+    pub fn substep(
+        &mut self,
+        bodies: &[Body],
+        settings: &SimSettings,
+        poses: &mut [Pose],
+        velocities: &mut [Velocity],
+        contacts: &mut ContactSet,
+    ) {
+        let small_steps = settings.position_iterations.max(1);
+        let h = settings.dt / (settings.substeps.max(1) * small_steps) as f32;
+        let soft = Softness::new(h);
+        self.load(bodies, settings, poses, velocities, contacts);
+        for _ in 0..small_steps {
+            self.accelerate(bodies, settings, h);
+            self.warm_start();
+            self.sweep_friction(settings.friction);
+            self.sweep_normals(settings, h, Some(soft));
+            self.advance(h);
+            self.sweep_friction(settings.friction);
+            self.sweep_normals(settings, h, None);
+        }
+        for _ in 1..settings.velocity_iterations {
+            self.sweep_friction(settings.friction);
+            self.sweep_normals(settings, h, None);
+        }
+        self.integrate(bodies, poses, h * small_steps as f32);
+        for ((moving, velocity), body) in self.bodies.iter().zip(velocities.iter_mut()).zip(bodies) {
+            if !body.is_static() {
+                *velocity = moving.velocity;
+            }
+        }
+        for (friction, patch) in self.frictions.iter().zip(&mut contacts.patches) {
+            let [u, v, twist] = friction.impulse;
+            patch.friction = u * friction.tangents[0].axis + v * friction.tangents[1].axis;
+            patch.twist = twist;
+        }
+        let tracking = (LOAD_TRACKING_RATE * h * small_steps as f32).min(1.0);
+        for (normal, contact) in self.normals.iter().zip(&mut contacts.points) {
+            contact.impulse = normal.impulse;
+            contact.load = normal.load + tracking * (normal.impulse - normal.load);
+        }
+    }
+
+    fn load(
+        &mut self,
+        bodies: &[Body],
+        settings: &SimSettings,
+        poses: &[Pose],
+        velocities: &[Velocity],
+        contacts: &ContactSet,
+    ) {
+        self.bodies.clear();
+        self.bodies.extend(bodies.iter().zip(poses).zip(velocities).map(|((body, pose), &velocity)| {
+            let turn = Mat3::from_quat(pose.rotation);
+            Moving {
+                velocity,
+                inverse_mass: body.inverse_mass,
+                inverse_inertia: turn * Mat3::from_diagonal(body.inverse_inertia) * turn.transpose(),
+                ..Default::default()
+            }
+        }));
+        self.bodies.push(Moving { inverse_inertia: Mat3::ZERO, ..Default::default() });
+        let ground = bodies.len() as u32;
+        let origin = |i: u32| poses.get(i as usize).map_or(Vec3::ZERO, |p| p.translation);
+        self.normals.clear();
+        self.frictions.clear();
+        for patch in &contacts.patches {
+            let a = if patch.a == GROUND { ground } else { patch.a };
+            let b = patch.b;
+            let points = contacts.points_of(patch);
+            let center = center_of_pressure(points);
+            let arms = |point: Vec3| (point - origin(a), point - origin(b));
+            let [u, v] = tangents(patch.normal);
+            self.frictions.push(Friction {
+                a,
+                b,
+                first: patch.first,
+                count: patch.count,
+                tangents: [u, v].map(|axis| self.row(a, b, arms(center), axis)),
+                twist: self.twist(a, b, patch.normal),
+                impulse: [patch.friction.dot(u), patch.friction.dot(v), patch.twist],
+            });
+            for contact in points {
+                self.normals.push(Normal {
+                    a,
+                    b,
+                    row: self.row(a, b, arms(contact.point), contact.normal),
+                    separation: contact.separation - settings.rest_offset,
+                    lever: contact.point.distance(center),
+                    impulse: contact.impulse,
+                    rigid: contact.impulse,
+                    load: contact.load,
+                });
+            }
+        }
+    }
+
+    fn row(&self, a: u32, b: u32, (arm_a, arm_b): (Vec3, Vec3), axis: Vec3) -> Row {
+        self.finish(a, b, axis, arm_a.cross(axis), arm_b.cross(axis))
+    }
+
+    /// Relative spin about `axis`.
+    fn twist(&self, a: u32, b: u32, axis: Vec3) -> Row {
+        self.finish(a, b, Vec3::ZERO, axis, axis)
+    }
+
+    fn finish(&self, a: u32, b: u32, axis: Vec3, angular_a: Vec3, angular_b: Vec3) -> Row {
+        let (body_a, body_b) = (&self.bodies[a as usize], &self.bodies[b as usize]);
+        let (turn_a, turn_b) = (body_a.inverse_inertia * angular_a, body_b.inverse_inertia * angular_b);
+        let k = axis.length_squared() * (body_a.inverse_mass + body_b.inverse_mass)
+            + angular_a.dot(turn_a)
+            + angular_b.dot(turn_b);
+        Row { axis, angular_a, angular_b, turn_a, turn_b, mass: if k > 0.0 { 1.0 / k } else { 0.0 } }
+    }
+
+    fn accelerate(&mut self, bodies: &[Body], settings: &SimSettings, h: f32) {
+        let linear = 1.0 / (1.0 + h * settings.linear_damping);
+        let angular = 1.0 / (1.0 + h * settings.angular_damping);
+        for (moving, body) in self.bodies.iter_mut().zip(bodies) {
+            if !body.is_static() {
+                moving.velocity.linear.y += h * settings.gravity;
+                moving.velocity.linear *= linear;
+                moving.velocity.angular *= angular;
+            }
+        }
+    }
+
+    fn warm_start(&mut self) {
+        for f in &self.frictions {
+            let mut pair = Velocities::of(&self.bodies, f.a, f.b);
+            for (row, impulse) in f.tangents.iter().chain([&f.twist]).zip(f.impulse) {
+                pair.push(row, impulse);
+            }
+            pair.store(&mut self.bodies);
+        }
+        for n in &self.normals {
+            let mut pair = Velocities::of(&self.bodies, n.a, n.b);
+            pair.push(&n.row, n.impulse);
+            pair.store(&mut self.bodies);
+        }
+    }
+
+    /// Coulomb: the tangential impulse stays in the disk of radius μ times the patch's normal impulse, the twist below
+    /// what the points' friction can resist about the centre.
+    fn sweep_friction(&mut self, coefficient: f32) {
+        for f in &mut self.frictions {
+            let mut pair = Velocities::of(&self.bodies, f.a, f.b);
+            let points = &self.normals[f.first as usize..][..f.count as usize];
+            let limit = coefficient * points.iter().map(|n| n.rigid).sum::<f32>();
+            let twist_limit = coefficient * points.iter().map(|n| n.rigid * n.lever).sum::<f32>();
+
+            let twist = (f.impulse[2] - f.twist.mass * pair.relative(&f.twist)).clamp(-twist_limit, twist_limit);
+            pair.push(&f.twist, twist - f.impulse[2]);
+            let [u, v] = &f.tangents;
+            let wanted = [f.impulse[0] - u.mass * pair.relative(u), f.impulse[1] - v.mass * pair.relative(v)];
+            let length = (wanted[0] * wanted[0] + wanted[1] * wanted[1]).sqrt();
+            let scale = if length > limit { limit / length } else { 1.0 };
+            let tangential = wanted.map(|impulse| impulse * scale);
+            pair.push(u, tangential[0] - f.impulse[0]);
+            pair.push(v, tangential[1] - f.impulse[1]);
+            f.impulse = [tangential[0], tangential[1], twist];
+            pair.store(&mut self.bodies);
+        }
+    }
+
+    /// One sweep over all patches: with `soft` overlap is pushed out, without only approach is stopped. What is still
+    /// apart may come no closer than touching.
+    fn sweep_normals(&mut self, settings: &SimSettings, h: f32, soft: Option<Softness>) {
+        for f in &self.frictions {
+            let (body_a, body_b) = (&self.bodies[f.a as usize], &self.bodies[f.b as usize]);
+            let mut pair = Velocities::of(&self.bodies, f.a, f.b);
+            let points = &mut self.normals[f.first as usize..][..f.count as usize];
+            for _ in 0..PATCH_SWEEPS {
+                for n in points.iter_mut() {
+                    let separation = n.separation + moved(&n.row, body_a, body_b);
+                    let (mut bias, mut stiffness, mut leak) = (separation.max(0.0) / h, 1.0, 0.0);
+                    if let Some(soft) = soft
+                        && separation <= 0.0
+                    {
+                        bias = (soft.bias_rate * (separation + LINEAR_SLOP).min(0.0)).max(-settings.max_push_out);
+                        stiffness = soft.mass_scale;
+                        leak = soft.impulse_scale;
+                    }
+                    let correction = n.row.mass * stiffness * (pair.relative(&n.row) + bias);
+                    let total = (n.impulse - correction - leak * (n.impulse - n.load)).max(0.0);
+                    pair.push(&n.row, total - n.impulse);
+                    n.impulse = total;
+                }
+            }
+            if soft.is_none() {
+                for n in points {
+                    n.rigid = n.impulse;
+                }
+            }
+            pair.store(&mut self.bodies);
+        }
+    }
+
+    /// Moves the bodies by their velocities.
+    fn advance(&mut self, h: f32) {
+        for moving in &mut self.bodies {
+            moving.shift += h * moving.velocity.linear;
+            moving.turn += h * moving.velocity.angular;
+        }
+    }
+
+    /// Writes the substep's motion into the poses. Angular momentum, not angular velocity, is carried over to the new
+    /// orientation; the turn is corrected to the mean of both velocities (Heun), or a tumbling body would gain energy.
+    fn integrate(&mut self, bodies: &[Body], poses: &mut [Pose], dt: f32) {
+        for ((moving, body), pose) in self.bodies.iter_mut().zip(bodies).zip(poses) {
+            if body.is_static() {
+                continue;
+            }
+            let old = pose.rotation;
+            let spin = moving.velocity.angular;
+            let momentum = old * ((old.conjugate() * spin) / body.inverse_inertia);
+            let turned = |turn: Vec3| (Quat::from_scaled_axis(turn) * old).normalize();
+            let spin_at = |rotation: Quat| rotation * ((rotation.conjugate() * momentum) * body.inverse_inertia);
+            let ahead = spin_at(turned(moving.turn));
+            let new = turned(moving.turn + 0.5 * dt * (ahead - spin));
+            *pose = Pose::new(new, pose.translation + moving.shift);
+            moving.velocity.angular = spin_at(new);
+        }
+    }
+}
+
+/// How far the touching points have moved apart along the row's axis since the substep's start, m.
+#[inline]
+fn moved(row: &Row, a: &Moving, b: &Moving) -> f32 {
+    row.axis.dot(b.shift - a.shift) + row.angular_b.dot(b.turn) - row.angular_a.dot(a.turn)
+}
+
+/// Where the patch carries its load: the mean of its points, weighted by their last impulses; unweighted at first.
+fn center_of_pressure(points: &[Contact]) -> Vec3 {
+    let total: f32 = points.iter().map(|p| p.impulse).sum();
+    if total > 0.0 {
+        points.iter().map(|p| p.impulse * p.point).sum::<Vec3>() / total
+    } else {
+        points.iter().map(|p| p.point).sum::<Vec3>() / points.len() as f32
+    }
+}
+
+/// Velocities of two bodies while their constraint is solved.
+struct Velocities {
+    a: u32,
+    b: u32,
+    mass_a: f32,
+    mass_b: f32,
+    velocity_a: Velocity,
+    velocity_b: Velocity,
+}
+
+impl Velocities {
+    #[inline]
+    fn of(bodies: &[Moving], a: u32, b: u32) -> Self {
+        let (body_a, body_b) = (&bodies[a as usize], &bodies[b as usize]);
+        Self {
+            a,
+            b,
+            mass_a: body_a.inverse_mass,
+            mass_b: body_b.inverse_mass,
+            velocity_a: body_a.velocity,
+            velocity_b: body_b.velocity,
+        }
+    }
+
+    /// Relative velocity along the row, m/s or rad/s.
+    #[inline]
+    fn relative(&self, row: &Row) -> f32 {
+        row.axis.dot(self.velocity_b.linear - self.velocity_a.linear) + row.angular_b.dot(self.velocity_b.angular)
+            - row.angular_a.dot(self.velocity_a.angular)
+    }
+
+    #[inline]
+    fn push(&mut self, row: &Row, impulse: f32) {
+        self.velocity_a.linear -= impulse * self.mass_a * row.axis;
+        self.velocity_a.angular -= impulse * row.turn_a;
+        self.velocity_b.linear += impulse * self.mass_b * row.axis;
+        self.velocity_b.angular += impulse * row.turn_b;
+    }
+
+    #[inline]
+    fn store(self, bodies: &mut [Moving]) {
+        bodies[self.a as usize].velocity = self.velocity_a;
+        bodies[self.b as usize].velocity = self.velocity_b;
+    }
+}

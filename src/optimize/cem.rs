@@ -1,0 +1,84 @@
+//! One group's search: episodes of Cross-Entropy iterations, and when to stop.
+
+use crate::world::{
+    Backend, BackendError, Best, CemSettings, Energy, Flow, IterationStats, Search, SearchSettings, Status, Stream,
+    World,
+};
+
+/// An improvement below this share of the best energy counts as none (see `CemSettings::patience`).
+const IMPROVEMENT: f32 = 1e-3;
+
+/// How a search ended.
+#[derive(Clone, Debug)]
+pub(super) struct Searched {
+    /// The best candidate ever seen; none if every simulation failed.
+    pub best: Option<Best>,
+    /// Candidates with each status bit.
+    pub flagged: [u64; Status::NAMES.len()],
+    /// True if the observer ended it.
+    pub stopped: bool,
+}
+
+/// Runs all episodes. `on_iteration` sees every iteration and may stop the search.
+pub(super) fn search(
+    backend: &dyn Backend,
+    world: &World,
+    settings: &SearchSettings,
+    stream: Stream,
+    on_iteration: &mut dyn FnMut(&IterationStats) -> Flow,
+) -> Result<Searched, BackendError> {
+    let cem = &settings.cem;
+    let mut search = backend.search(world, settings, stream)?;
+    let mut flagged = [0; Status::NAMES.len()];
+    let mut stopped = false;
+    let mut patience = Patience { limit: cem.patience, mark: f32::INFINITY, stale: 0 };
+    'episodes: for episode in 0..cem.episodes {
+        if episode > 0 {
+            widen(search.as_mut(), cem);
+        }
+        patience.stale = 0;
+        for _ in 0..cem.iterations {
+            let stats = search.iterate()?;
+            for (sum, count) in flagged.iter_mut().zip(stats.flagged) {
+                *sum += u64::from(count);
+            }
+            stopped = on_iteration(&stats) == Flow::Stop;
+            if stopped || stats.best.total < cem.stop_energy {
+                break 'episodes;
+            }
+            if patience.is_over(&stats.best) {
+                break;
+            }
+        }
+    }
+    Ok(Searched { best: search.best(), flagged, stopped })
+}
+
+/// A later episode starts from the last one's distribution, widened where it has become narrow.
+fn widen(search: &mut dyn Search, cem: &CemSettings) {
+    let mut distribution = search.distribution();
+    let initial = cem.initial(distribution.std.len() / 6);
+    for (std, first) in distribution.std.iter_mut().zip(initial.std) {
+        *std = std.max(cem.restart_std * first);
+    }
+    search.set_distribution(&distribution);
+}
+
+/// Counts iterations without progress.
+struct Patience {
+    limit: u32,
+    mark: f32,
+    stale: u32,
+}
+
+impl Patience {
+    fn is_over(&mut self, best: &Energy) -> bool {
+        if best.total < self.mark * (1.0 - IMPROVEMENT) {
+            self.mark = best.total;
+            self.stale = 0;
+        } else {
+            self.stale += 1;
+        }
+        self.limit > 0 && self.stale >= self.limit
+    }
+}

@@ -1,0 +1,140 @@
+//! What a run needs to go on after an interruption: written after every group, read by `--resume`.
+//!
+//! Hashes of the scene, the shapes and the configuration guard against going on with something else. Poses are stored as
+//! shortest decimals that read back to the same bits, so a resumed run ends exactly where an uninterrupted one does.
+
+use super::{Config, GroupRecord, IterationRecord, OptimizeError};
+use crate::scene::{self, Scene};
+use crate::shape::Shape;
+use blake3::Hasher;
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+const VERSION: u32 = 1;
+
+/// State of a run between two groups.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Checkpoint {
+    version: u32,
+    seed: u64,
+    config: String,
+    scene: String,
+    shapes: String,
+    /// Groups that are done, in the order of the plan.
+    pub(super) completed: usize,
+    /// Pose of every object: translation, then rotation xyzw.
+    layout: Vec<[f64; 7]>,
+    pub(super) groups: Vec<GroupRecord>,
+    pub(super) iterations: Vec<IterationRecord>,
+    pub(super) notes: Vec<String>,
+}
+
+impl Checkpoint {
+    /// The state before the first group.
+    pub(super) fn start(scene: &Scene, shapes: &[Shape], config: &Config, seed: u64) -> Self {
+        let layout: Vec<scene::Pose> = scene.objects.iter().map(|object| object.pose).collect();
+        let mut checkpoint = Self {
+            version: VERSION,
+            seed,
+            config: hash_config(config),
+            scene: hash_scene(scene),
+            shapes: hash_shapes(shapes),
+            completed: 0,
+            layout: Vec::new(),
+            groups: Vec::new(),
+            iterations: Vec::new(),
+            notes: Vec::new(),
+        };
+        checkpoint.set_layout(&layout);
+        checkpoint
+    }
+
+    /// Reads what `to_json` wrote.
+    ///
+    /// # Errors
+    /// `OptimizeError::Checkpoint` if the text is no checkpoint.
+    pub fn from_json(text: &str) -> Result<Self, OptimizeError> {
+        serde_json::from_str(text).map_err(|error| {
+            OptimizeError::Checkpoint(format!("it cannot be read ({error}); delete it and start without --resume"))
+        })
+    }
+
+    /// The checkpoint as one JSON object.
+    pub fn to_json(&self) -> String {
+        // Plain numbers and strings cannot fail to serialize.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// Refuses a checkpoint of another run. `fresh` is the start of this one.
+    pub(super) fn check(&self, fresh: &Self) -> Result<(), OptimizeError> {
+        let of_another = |what: &str| {
+            Err(OptimizeError::Checkpoint(format!(
+                "it was made with another {what}; give the same {what} again, or start without --resume"
+            )))
+        };
+        if self.version != fresh.version {
+            return of_another("version of this program");
+        }
+        if self.seed != fresh.seed {
+            return of_another(&format!("seed ({} instead of {})", self.seed, fresh.seed));
+        }
+        if self.config != fresh.config {
+            return of_another("configuration");
+        }
+        if self.scene != fresh.scene || self.layout.len() != fresh.layout.len() {
+            return of_another("scene");
+        }
+        if self.shapes != fresh.shapes {
+            return of_another("set of convex parts");
+        }
+        Ok(())
+    }
+
+    /// Pose of every object.
+    pub(super) fn layout(&self) -> Vec<scene::Pose> {
+        let pose = |&[x, y, z, i, j, k, w]: &[f64; 7]| scene::Pose {
+            rotation: DQuat::from_xyzw(i, j, k, w),
+            translation: DVec3::new(x, y, z),
+        };
+        self.layout.iter().map(pose).collect()
+    }
+
+    pub(super) fn set_layout(&mut self, layout: &[scene::Pose]) {
+        self.layout = layout.iter().map(numbers).collect();
+    }
+}
+
+fn numbers(pose: &scene::Pose) -> [f64; 7] {
+    let ([x, y, z], [i, j, k, w]) = (pose.translation.to_array(), pose.rotation.to_array());
+    [x, y, z, i, j, k, w]
+}
+
+fn hash_config(config: &Config) -> String {
+    blake3::hash(serde_json::to_string(config).unwrap_or_default().as_bytes()).to_hex().to_string()
+}
+
+fn hash_scene(scene: &Scene) -> String {
+    let mut hasher = Hasher::new();
+    for (i, object) in scene.objects.iter().enumerate() {
+        let tree = format!("{:?} {:?} {}", object.name, object.parent, scene.is_static(i));
+        hasher.update(tree.as_bytes());
+        hasher.update(bytemuck::bytes_of(&numbers(&object.pose)));
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+fn hash_shapes(shapes: &[Shape]) -> String {
+    let mut hasher = Hasher::new();
+    for shape in shapes {
+        let mass = &shape.mass;
+        hasher.update(bytemuck::bytes_of(&[mass.mass.to_bits(), shape.parts.len() as u32]));
+        hasher.update(bytemuck::bytes_of(&[mass.center, mass.inertia]));
+        hasher.update(bytemuck::bytes_of(&mass.axes));
+        for part in &shape.parts {
+            hasher.update(&(part.vertices.len() as u64).to_le_bytes());
+            hasher.update(bytemuck::cast_slice(&part.vertices));
+        }
+    }
+    hasher.finalize().to_hex().to_string()
+}

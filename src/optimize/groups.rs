@@ -1,0 +1,127 @@
+//! What is searched, in which order: local groups from the leaves up, then the whole scene.
+//!
+//! A local group is an object that bears movable ones: it is held, and each movable child is a unit together with
+//! everything that stands on it. In the global stage every movable object that stands on the ground, or on something
+//! that never moves, is a unit with everything on it; all objects are simulated (the paper; its released code simulates
+//! the roots only).
+
+use super::rig::Rig;
+use crate::scene::{self, Parent, Scene};
+use crate::world::{Pose, STATIC, World};
+
+/// Objects that are simulated together.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    /// The held object's name, or `global`.
+    pub name: String,
+    /// The held object of a local group.
+    pub held: Option<usize>,
+    /// Object of each body.
+    pub objects: Vec<usize>,
+    /// Unit of each body, or `STATIC`.
+    units: Vec<u32>,
+    /// Root body of each unit.
+    roots: Vec<u32>,
+}
+
+impl Group {
+    fn new(name: &str, held: Option<usize>) -> Self {
+        Self { name: name.into(), held, objects: Vec::new(), units: Vec::new(), roots: Vec::new() }
+    }
+
+    fn add(&mut self, object: usize, unit: u32) {
+        self.objects.push(object);
+        self.units.push(unit);
+    }
+
+    /// Adds a movable object and everything on it that moves along, as one unit.
+    fn add_unit(&mut self, scene: &Scene, root: usize) {
+        let unit = self.roots.len() as u32;
+        self.roots.push(self.objects.len() as u32);
+        for object in subtree(scene, root, |child| !scene.is_static(child)) {
+            self.add(object, unit);
+        }
+    }
+
+    /// Objects that the search adjusts.
+    pub fn unit_roots(&self) -> impl Iterator<Item = usize> + '_ {
+        self.roots.iter().map(|&body| self.objects[body as usize])
+    }
+
+    /// Bodies that move, as (body, object).
+    pub fn moving(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        (0..self.objects.len()).filter(|&body| self.units[body] != STATIC).map(|body| (body, self.objects[body]))
+    }
+
+    /// How far the group is raised for its simulation, m: a held object that reaches below the ground would have its
+    /// children squeezed between itself and the ground.
+    pub fn lift(&self, rigs: &[Rig], layout: &[scene::Pose]) -> f32 {
+        self.held.map_or(0.0, |held| (-rigs[held].lowest(&rigs[held].body(&layout[held]))).max(0.0))
+    }
+
+    /// The tables: starts from `layout`; the layout term compares with `reference`.
+    pub fn world(&self, rigs: &[Rig], layout: &[scene::Pose], reference: &[scene::Pose]) -> World {
+        let lift = self.lift(rigs, layout);
+        let raised = |object: usize, pose: &scene::Pose| raise(&rigs[object].body(pose), lift);
+        let defs: Vec<_> = (self.objects.iter().zip(&self.units))
+            .map(|(&i, &unit)| rigs[i].def(unit, raised(i, &layout[i]), raised(i, &reference[i])))
+            .collect();
+        World::new(&defs, &self.roots)
+    }
+}
+
+/// The pose `height` metres further up.
+pub(super) fn raise(pose: &Pose, height: f32) -> Pose {
+    let mut raised = *pose;
+    raised.translation.y += height;
+    raised
+}
+
+/// All groups in the order in which they are searched; none if nothing is movable.
+pub(super) fn plan(scene: &Scene) -> Vec<Group> {
+    let movable = |&object: &usize| !scene.is_static(object);
+    let mut groups = Vec::new();
+    for held in scene.post_order() {
+        let mut group = Group::new(&scene.objects[held].name, Some(held));
+        group.add(held, STATIC);
+        for child in scene.children(held).filter(movable) {
+            group.add_unit(scene, child);
+        }
+        if group.roots.is_empty() {
+            continue;
+        }
+        for object in subtree(scene, held, |_| true) {
+            if !group.objects.contains(&object) {
+                group.add(object, STATIC);
+            }
+        }
+        groups.push(group);
+    }
+    let mut global = Group::new("global", None);
+    for object in 0..scene.objects.len() {
+        let stands_still = match scene.objects[object].parent {
+            Parent::Root(_) => true,
+            Parent::Object(parent) => scene.is_static(parent),
+        };
+        if scene.is_static(object) {
+            global.add(object, STATIC);
+        } else if stands_still {
+            global.add_unit(scene, object);
+        }
+    }
+    if !global.roots.is_empty() {
+        groups.push(global);
+    }
+    groups
+}
+
+/// An object and its descendants, parents first, without those that `enter` refuses and theirs.
+pub(super) fn subtree(scene: &Scene, root: usize, enter: impl Fn(usize) -> bool) -> Vec<usize> {
+    let mut found = vec![root];
+    let mut next = 0;
+    while next < found.len() {
+        found.extend(scene.children(found[next]).filter(|&child| enter(child)));
+        next += 1;
+    }
+    found
+}

@@ -1,0 +1,53 @@
+//! The check of the result: one more simulation with the settings of a candidate, and what moved in it.
+
+use super::{config::VerifySettings, settle::steps};
+use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, World, angle_between};
+
+/// What one body did during the check.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Motion {
+    /// Distance between start and end, m.
+    pub drift: f64,
+    /// Angle between start and end, rad.
+    pub turn: f64,
+    /// Peak speed of the centre of mass, m/s.
+    pub peak_speed: f64,
+    /// Peak angular speed, rad/s.
+    pub peak_spin: f64,
+}
+
+/// Result of the check.
+#[derive(Clone, Debug)]
+pub(super) struct Verified {
+    /// One entry a body.
+    pub motions: Vec<Motion>,
+    /// Pose of every body at the end.
+    pub poses: Vec<Pose>,
+}
+
+/// Simulates from `starts`; none if the simulation failed.
+pub(super) fn verify(
+    backend: &dyn Backend,
+    world: &World,
+    simulation: &SimSettings,
+    settings: &VerifySettings,
+    starts: &[Pose],
+) -> Result<Option<Verified>, BackendError> {
+    let simulation = SimSettings { steps: steps(settings.seconds, simulation.dt), ..simulation.clone() };
+    let mut motions = vec![Motion::default(); starts.len()];
+    let mut poses = starts.to_vec();
+    let status = backend.simulate(world, &simulation, starts, &mut |_, now, velocities| {
+        poses.copy_from_slice(now);
+        for (motion, velocity) in motions.iter_mut().zip(velocities) {
+            motion.peak_speed = motion.peak_speed.max(velocity.linear.length().into());
+            motion.peak_spin = motion.peak_spin.max(velocity.angular.length().into());
+        }
+        Flow::Continue
+    })?;
+    for ((motion, start), end) in motions.iter_mut().zip(starts).zip(&poses) {
+        motion.drift = end.translation.distance(start.translation).into();
+        motion.turn = angle_between(end.rotation, start.rotation).into();
+    }
+    let usable = status.iter().all(|s| s.is_usable()) && poses.iter().all(Pose::is_finite);
+    Ok(usable.then_some(Verified { motions, poses }))
+}

@@ -1,0 +1,194 @@
+//! `report.json`: everything that a run can tell about its result.
+
+use super::Summary;
+use crate::optimize::{Config, GroupRecord, IterationRecord, ObjectOutcome, Outcome};
+use crate::scene::Scene;
+use crate::shape::{Quality, Shape};
+use crate::world::{Energy, IterationStats, Status};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What the report says of the run as such.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Run<'a> {
+    /// The scene as the user named it.
+    pub input: &'a str,
+    /// Name and processor of the simulator.
+    pub backend: &'a str,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Time that the convex parts took, s.
+    #[serde(skip)]
+    pub shape_seconds: f64,
+}
+
+/// The document. Lengths in m, angles in rad, times in s, unless a name says otherwise.
+#[derive(Debug, Serialize)]
+pub struct Report<'a> {
+    tool: &'static str,
+    version: &'static str,
+    scene: &'a str,
+    #[serde(flatten)]
+    run: Run<'a>,
+    finished: bool,
+    summary: Summary,
+    notes: Vec<&'a str>,
+    objects: Vec<Object<'a>>,
+    groups: Vec<Group<'a>>,
+    iterations: Vec<Iteration<'a>>,
+    /// Candidates of the whole run by status bit.
+    status: BTreeMap<&'static str, u64>,
+    settled_after: f64,
+    at_rest: bool,
+    seconds: Seconds,
+    config: &'a Config,
+}
+
+#[derive(Debug, Serialize)]
+struct Object<'a> {
+    name: &'a str,
+    simulated: bool,
+    moved: f64,
+    turned: f64,
+    stable: bool,
+    fallen: bool,
+    lost_support: bool,
+    /// What the check measured from the result on.
+    check: Check,
+    /// The object's share of the energy of the result.
+    terms: Terms,
+    mass: f32,
+    shape: &'a Quality,
+    notes: &'a [String],
+}
+
+#[derive(Debug, Serialize)]
+struct Check {
+    drift: f64,
+    turn: f64,
+    peak_speed: f64,
+    peak_spin: f64,
+}
+
+/// Unweighted terms of the energy, measured over the check instead of a candidate's simulation.
+/// Penetration belongs to pairs of objects and stands with the groups.
+#[derive(Debug, Serialize)]
+struct Terms {
+    stability: f64,
+    velocity: f64,
+    layout: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Group<'a> {
+    name: &'a str,
+    units: &'a [String],
+    best: Option<Energy>,
+    /// Iteration and candidate, for a replay.
+    winner: Option<(u32, u32)>,
+    status: BTreeMap<&'static str, u64>,
+    seconds: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Iteration<'a> {
+    group: usize,
+    #[serde(flatten)]
+    stats: &'a IterationStats,
+}
+
+#[derive(Debug, Serialize)]
+struct Seconds {
+    shapes: f64,
+    local: f64,
+    global: f64,
+    settle: f64,
+    verify: f64,
+}
+
+impl<'a> Report<'a> {
+    /// Puts together what is known. All lists are in the scene's order.
+    pub fn new(run: Run<'a>, scene: &'a Scene, shapes: &'a [Shape], config: &'a Config, outcome: &'a Outcome) -> Self {
+        let objects = (scene.objects.iter().zip(shapes).zip(&outcome.objects))
+            .map(|((object, shape), outcome)| self::object(&object.name, shape, config, outcome))
+            .collect();
+        let mut flagged = [0; Status::NAMES.len()];
+        for group in &outcome.groups {
+            for (sum, count) in flagged.iter_mut().zip(group.flagged) {
+                *sum += count;
+            }
+        }
+        let timings = &outcome.timings;
+        Self {
+            tool: env!("CARGO_PKG_NAME"),
+            version: env!("CARGO_PKG_VERSION"),
+            scene: &scene.name,
+            run,
+            finished: outcome.finished,
+            summary: Summary::new(scene, outcome),
+            notes: scene.warnings.iter().chain(&outcome.notes).map(String::as_str).collect(),
+            objects,
+            groups: outcome.groups.iter().map(group).collect(),
+            iterations: (outcome.iterations.iter())
+                .map(|IterationRecord { group, stats }| Iteration { group: *group, stats })
+                .collect(),
+            status: named(&flagged),
+            settled_after: outcome.settled_after,
+            at_rest: outcome.at_rest,
+            seconds: Seconds {
+                shapes: run.shape_seconds,
+                local: timings.local,
+                global: timings.global,
+                settle: timings.settle,
+                verify: timings.verify,
+            },
+            config,
+        }
+    }
+
+    /// The short version for people.
+    pub fn summary(&self) -> &Summary {
+        &self.summary
+    }
+}
+
+fn object<'a>(name: &'a str, shape: &'a Shape, config: &Config, outcome: &ObjectOutcome) -> Object<'a> {
+    Object {
+        name,
+        simulated: outcome.simulated,
+        moved: outcome.moved,
+        turned: outcome.turned,
+        stable: outcome.stable,
+        fallen: outcome.fallen,
+        lost_support: outcome.lost_support,
+        check: Check {
+            drift: outcome.drift,
+            turn: outcome.drift_turn,
+            peak_speed: outcome.peak_speed,
+            peak_spin: outcome.peak_spin,
+        },
+        terms: Terms {
+            stability: outcome.drift + outcome.drift_turn,
+            velocity: outcome.peak_speed,
+            layout: f64::from(config.energy.position) * outcome.moved + outcome.turned,
+        },
+        mass: shape.mass.mass,
+        shape: &shape.quality,
+        notes: &shape.notes,
+    }
+}
+
+fn group(record: &GroupRecord) -> Group<'_> {
+    Group {
+        name: &record.name,
+        units: &record.units,
+        best: record.best,
+        winner: record.winner,
+        status: named(&record.flagged),
+        seconds: record.seconds,
+    }
+}
+
+fn named(flagged: &[u64; Status::NAMES.len()]) -> BTreeMap<&'static str, u64> {
+    Status::NAMES.iter().zip(flagged).map(|((_, name), &count)| (*name, count)).collect()
+}

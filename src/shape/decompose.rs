@@ -1,0 +1,88 @@
+//! From a mesh to at most a given number of convex parts.
+//!
+//! Two ways lead to pieces: cutting the whole surface, or cutting each connected component for itself (furniture is
+//! modelled as boards and legs). Both are merged down to the budget and the one that bulges less is kept.
+
+use super::ShapeSettings;
+use super::hull::Hull;
+use super::merge::{Limits, merge};
+use super::reduce::{Levels, reduce};
+use super::solid::Solid;
+use super::split::{Piece, components, split};
+use glam::Vec3;
+
+/// A mesh whose hull has at most this share of free space is its own hull.
+const CONVEX: f32 = 0.005;
+/// Bulge of a compartment that is worth a part beyond the budget, in units of the bounding box's volume^(4/3): the bay
+/// of a shelf has twice that, the air between the legs of a table a quarter.
+const COMPARTMENT: f32 = 0.004;
+
+/// Convex parts of the triangles (scaled, m), at most `budget`; their hulls cover the surface up to the reduction.
+pub(super) fn decompose(
+    triangles: &[[Vec3; 3]],
+    solid: &Solid,
+    levels: &Levels,
+    budget: usize,
+    settings: &ShapeSettings,
+    notes: &mut Vec<String>,
+) -> Vec<Hull> {
+    let Some(whole) = Piece::new(triangles.to_vec(), solid) else {
+        return Vec::new();
+    };
+    let finish = |hull: &Hull| reduce(hull, levels, settings.soft_vertices, settings.max_vertices);
+    if solid.protrusion(&whole.hull).1 <= CONVEX * whole.hull.volume() {
+        return vec![finish(&whole.hull)];
+    }
+    // A layer of this depth over the whole hull, shared by the parts.
+    let layer = 0.5 * settings.accuracy * settings.accuracy * whole.hull.area();
+    let enough = layer / budget as f32;
+    let most = ((settings.oversplit * budget as f32) as usize).min(settings.max_pieces).max(budget);
+    let (low, high) = whole.hull.bounds();
+    let compartment = COMPARTMENT * (high - low).element_product().powf(4.0 / 3.0);
+    let limits = Limits { budget, extra: settings.extra_parts, free: enough, compartment };
+    let mut best: Option<(f32, bool, Vec<Hull>)> = None;
+    let mut consider = |pieces: Vec<Piece>| {
+        let pieces = split(pieces, solid, levels.up, most, enough);
+        let merged = merge(&pieces, solid, &limits);
+        if best.as_ref().is_none_or(|b| merged.bulge < b.0) {
+            let hulls = merged
+                .groups
+                .iter()
+                .filter_map(|members| {
+                    let points: Vec<Vec3> =
+                        members.iter().flat_map(|&m| pieces[m].hull.vertices.iter().copied()).collect();
+                    Hull::new(&points)
+                })
+                .collect();
+            best = Some((merged.bulge, merged.closed, hulls));
+        }
+    };
+    let shells = components(triangles);
+    if shells.len() > 1 && shells.len() <= settings.max_components {
+        consider(shells.into_iter().filter_map(|s| Piece::new(s, solid)).collect());
+    }
+    consider(vec![whole]);
+    let Some((_, closed, hulls)) = best else {
+        return Vec::new();
+    };
+    let hulls: Vec<Hull> = without_hidden(hulls).iter().map(finish).collect();
+    if hulls.len() > budget {
+        notes.push(format!("{} parts, more than the {budget} of its category, to keep compartments open", hulls.len()));
+    }
+    if closed {
+        notes.push(format!("a compartment is closed: {} parts are too few for it", hulls.len()));
+    }
+    hulls
+}
+
+/// Leaves out parts that lie wholly within another part.
+fn without_hidden(mut hulls: Vec<Hull>) -> Vec<Hull> {
+    hulls.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
+    let mut kept: Vec<Hull> = Vec::new();
+    for hull in hulls {
+        if !kept.iter().any(|k| hull.vertices.iter().all(|v| k.excess(*v) <= 1e-5)) {
+            kept.push(hull);
+        }
+    }
+    kept
+}

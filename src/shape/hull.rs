@@ -1,0 +1,216 @@
+//! A convex polytope: vertices, triangles and deduplicated face planes.
+//!
+//! parry's hull works in f32 and refuses flat input. Here every input gives a hull: what is thinner than
+//! `MIN_THICKNESS` is thickened first, and a hull that lost points to rounding is rebuilt from fewer, coarser points.
+
+use super::eigen::symmetric_eigen;
+use glam::{DMat3, DVec3, Vec3, Vec4};
+use parry3d::transformation::try_convex_hull;
+
+/// Least thickness of a part, m. Half of it lies on either side of a flat sheet: under a millimetre from the surface.
+pub(super) const MIN_THICKNESS: f32 = 1.9e-3;
+
+/// A convex polytope with volume.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Hull {
+    /// Corners, m.
+    pub vertices: Vec<Vec3>,
+    /// Outward triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Outward unit normal and offset of every face, `n · x ≤ d` inside; coplanar triangles share one.
+    pub planes: Vec<Vec4>,
+}
+
+impl Hull {
+    /// The hull of `points` (m), thickened if flat. `None` without points.
+    pub fn new(points: &[Vec3]) -> Option<Self> {
+        let extreme = extremes(points);
+        Self::solid(&extreme).or_else(|| {
+            let thick = thicken(&extreme, MIN_THICKNESS);
+            Self::solid(&thick).or_else(|| Self::solid(&boxed(&thick)))
+        })
+    }
+
+    /// The hull of at most `limit` of the points, those that are extreme in directions spread over the sphere.
+    pub fn coarse(points: &[Vec3], directions: &[Vec3]) -> Option<Self> {
+        if points.len() <= directions.len() {
+            return Self::new(points);
+        }
+        let mut chosen: Vec<u32> = directions.iter().map(|&d| support(points, d)).collect();
+        chosen.sort_unstable();
+        chosen.dedup();
+        let chosen: Vec<Vec3> = chosen.into_iter().map(|i| points[i as usize]).collect();
+        Self::new(&chosen)
+    }
+
+    fn solid(points: &[Vec3]) -> Option<Self> {
+        let (low, high) = bounds(points);
+        let size = (high - low).max_element();
+        if points.len() < 4 || !size.is_finite() || size <= 0.0 {
+            return None;
+        }
+        // Rounding in parry's hull is relative to the coordinates: centre them, and merge what is closer than that.
+        let center = 0.5 * (low + high);
+        for grid in [1e-6_f32, 1e-4, 1e-3] {
+            let local = merged(points, center, size * grid);
+            let Ok((vertices, triangles)) = try_convex_hull(&local) else {
+                continue;
+            };
+            let planes = planes(&vertices, &triangles);
+            let tolerance = size * grid.max(2e-5);
+            let whole = planes.len() >= 4
+                && local.iter().all(|p| planes.iter().all(|n| n.truncate().dot(*p) <= n.w + tolerance));
+            let hull = Self {
+                vertices: vertices.iter().map(|v| *v + center).collect(),
+                triangles,
+                planes: planes.iter().map(|n| n.truncate().extend(n.w + n.truncate().dot(center))).collect(),
+            };
+            if whole && hull.thickness() > 0.25 * MIN_THICKNESS.min(0.02 * size) && hull.volume() > 0.0 {
+                return Some(hull);
+            }
+        }
+        None
+    }
+
+    /// Volume, m³.
+    pub fn volume(&self) -> f32 {
+        let origin = self.vertices.first().copied().unwrap_or_default();
+        let corner = |i: u32| (self.vertices[i as usize] - origin).as_dvec3();
+        let six: f64 = self.triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2])))).sum();
+        (six / 6.0) as f32
+    }
+
+    /// Surface, m².
+    pub fn area(&self) -> f32 {
+        let corner = |i: u32| self.vertices[i as usize];
+        let twice = |t: &[u32; 3]| (corner(t[1]) - corner(t[0])).cross(corner(t[2]) - corner(t[0])).length();
+        0.5 * self.triangles.iter().map(twice).sum::<f32>()
+    }
+
+    /// Least extent along a face normal, m.
+    pub fn thickness(&self) -> f32 {
+        let along = |n: &Vec4| self.vertices.iter().map(|v| n.w - n.truncate().dot(*v)).fold(0.0, f32::max);
+        self.planes.iter().map(along).fold(f32::INFINITY, f32::min)
+    }
+
+    /// How far `point` lies outside the farthest face plane, m; negative inside. A lower bound of the distance.
+    pub fn excess(&self, point: Vec3) -> f32 {
+        self.planes.iter().map(|n| n.truncate().dot(point) - n.w).fold(f32::NEG_INFINITY, f32::max)
+    }
+
+    /// Lowest and highest corner of the box around it.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        bounds(&self.vertices)
+    }
+}
+
+/// Lowest and highest corner of the box around `points`.
+pub(super) fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
+    points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)))
+}
+
+/// `count` directions spread evenly over the sphere (Fibonacci lattice), after the six axis directions.
+pub(super) fn directions(count: usize) -> Vec<Vec3> {
+    let golden = std::f32::consts::PI * (3.0 - 5.0_f32.sqrt());
+    let spread = (0..count).map(|i| {
+        let y = 1.0 - 2.0 * (i as f32 + 0.5) / count as f32;
+        let radius = (1.0 - y * y).sqrt();
+        let (sin, cos) = (golden * i as f32).sin_cos();
+        Vec3::new(cos * radius, y, sin * radius)
+    });
+    Vec3::AXES.into_iter().flat_map(|a| [a, -a]).chain(spread).collect()
+}
+
+/// Index of the point farthest along `direction`, the first of equals.
+pub(super) fn support(points: &[Vec3], direction: Vec3) -> u32 {
+    let mut best = (f32::NEG_INFINITY, 0);
+    for (i, p) in points.iter().enumerate() {
+        let along = direction.dot(*p);
+        if along > best.0 {
+            best = (along, i as u32);
+        }
+    }
+    best.1
+}
+
+/// Leaves out points that are surely inside: parry's hull costs more than linear in the number of points.
+fn extremes(points: &[Vec3]) -> Vec<Vec3> {
+    if points.len() < 512 {
+        return points.to_vec();
+    }
+    let seeds: Vec<Vec3> = directions(58).iter().map(|&d| points[support(points, d) as usize]).collect();
+    let Some(inner) = Hull::solid(&seeds) else {
+        return points.to_vec();
+    };
+    points.iter().copied().filter(|&p| inner.excess(p) > -1e-6).chain(seeds).collect()
+}
+
+/// The points relative to `center`, one for each cell of a grid of that spacing, in a fixed order.
+fn merged(points: &[Vec3], center: Vec3, spacing: f32) -> Vec<Vec3> {
+    let mut keyed: Vec<([i64; 3], usize)> = points
+        .iter()
+        .enumerate()
+        .map(|(i, p)| (((*p - center) / spacing).round().to_array().map(|c| c as i64), i))
+        .collect();
+    keyed.sort_unstable();
+    keyed.dedup_by_key(|k| k.0);
+    keyed.iter().map(|&(_, i)| points[i] - center).collect()
+}
+
+/// Face planes of outward triangles, one for all triangles in a plane; every vertex lies on or below each.
+fn planes(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec4> {
+    let mut faces: Vec<(f32, Vec3)> = triangles
+        .iter()
+        .filter_map(|t| {
+            let [a, b, c] = t.map(|i| vertices[i as usize]);
+            let normal = (b - a).as_dvec3().cross((c - a).as_dvec3());
+            let area = normal.length();
+            (area > 1e-14).then(|| (area as f32, (normal / area).as_vec3()))
+        })
+        .collect();
+    faces.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut kept: Vec<Vec4> = Vec::new();
+    for (_, n) in faces {
+        let d = vertices.iter().map(|v| n.dot(*v)).fold(f32::NEG_INFINITY, f32::max);
+        if !kept.iter().any(|k| k.truncate().dot(n) > 0.999_999) {
+            kept.push(n.extend(d));
+        }
+    }
+    kept
+}
+
+/// Principal directions of a point cloud, thinnest first.
+pub(super) fn principal_directions(points: &[Vec3]) -> [Vec3; 3] {
+    let mean = points.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / points.len().max(1) as f64;
+    let mut spread = DMat3::ZERO;
+    for p in points {
+        let d = p.as_dvec3() - mean;
+        spread += DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+    }
+    symmetric_eigen(spread).map(|(_, axis)| axis.as_vec3())
+}
+
+/// Moves copies of the points apart along every principal direction in which they span less than `least` (m).
+pub(super) fn thicken(points: &[Vec3], least: f32) -> Vec<Vec3> {
+    let mut result = points.to_vec();
+    for axis in principal_directions(points) {
+        let (low, high) = points
+            .iter()
+            .map(|p| axis.dot(*p))
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), a| (l.min(a), h.max(a)));
+        if high - low < least {
+            let shift = axis * (0.5 * (least - (high - low)));
+            result = result.iter().flat_map(|p| [*p + shift, *p - shift]).collect();
+        }
+    }
+    result
+}
+
+/// Corners of the box around the points, no side shorter than the least thickness: the last resort.
+fn boxed(points: &[Vec3]) -> Vec<Vec3> {
+    let (low, high) = bounds(points);
+    let center = 0.5 * (low + high);
+    let half = (0.5 * (high - low)).max(Vec3::splat(0.5 * MIN_THICKNESS));
+    let sign = |i: usize, bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
+    (0..8).map(|i| center + half * Vec3::new(sign(i, 0), sign(i, 1), sign(i, 2))).collect()
+}
