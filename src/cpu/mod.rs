@@ -16,7 +16,7 @@ pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
 
 use crate::world::{
-    Backend, BackendError, Flow, Pose, Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
+    Backend, BackendError, Flow, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
 };
 use narrow_phase::Separator;
 use rayon::prelude::*;
@@ -35,7 +35,7 @@ impl Backend for CpuBackend {
         world: &World,
         settings: &SimSettings,
         starts: &[Pose],
-        on_step: &mut dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow,
+        on_step: &mut OnStep<'_>,
     ) -> Result<Vec<Status>, BackendError> {
         let bodies = world.bodies.len();
         if bodies == 0 {

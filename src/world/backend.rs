@@ -15,19 +15,22 @@ pub enum BackendError {
     Device(String),
 }
 
+/// Sees the step's number and all candidates' poses and velocities after it, candidate-major.
+pub type OnStep<'a> = dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow + 'a;
+
 /// Simulates many copies of one small world.
 pub trait Backend: Send + Sync {
     /// One line for the report: name and processor.
     fn describe(&self) -> String;
 
     /// Steps every candidate of `starts` (candidate-major: `starts[candidate * bodies + body]`), at rest at first.
-    /// `on_step(step, poses, velocities)` is called with all candidates' states after every step.
+    /// `on_step` is called after every step.
     fn simulate(
         &self,
         world: &World,
         settings: &SimSettings,
         starts: &[Pose],
-        on_step: &mut dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow,
+        on_step: &mut OnStep<'_>,
     ) -> Result<Vec<Status>, BackendError>;
 
     /// About how many bytes a search with so many candidates holds, told to the user before it starts.

@@ -12,7 +12,7 @@ mod settings;
 mod status;
 
 pub use backend::{
-    Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, Search, SearchSettings, Stream,
+    Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, OnStep, Search, SearchSettings, Stream,
 };
 pub use body::{Body, BodyDef, Capacities, STATIC, Unit, World};
 pub use hulls::{Edge, Face, Hull, HullTables};
