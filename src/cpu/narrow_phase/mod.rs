@@ -40,6 +40,12 @@ impl HullPair<'_> {
         &self.tables.hulls[self.hulls[side] as usize]
     }
 
+    /// The side whose faces are preferred as axis and reference face: the larger hull, so that a book lies on the table
+    /// and not the table on the book.
+    fn larger(&self) -> usize {
+        usize::from(self.hull(1).radius > self.hull(0).radius)
+    }
+
     /// Rotation and shift that take points of the other body's frame into the frame of the body of `side`.
     fn other_to(&self, side: usize) -> (Mat3, Vec3) {
         let (to, from) = (self.poses[side], self.poses[1 - side]);

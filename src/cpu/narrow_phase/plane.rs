@@ -20,8 +20,7 @@ pub fn plane_hull(
     let hull = &tables.hulls[hull as usize];
     let local = pose.rotation.conjugate() * normal;
     let height = normal.dot(pose.translation) - offset;
-    let clearance = local.dot(hull.center) + height - hull.radius;
-    if clearance > margin || clearance.is_nan() {
+    if local.dot(hull.center) + height > margin + hull.radius {
         return;
     }
     let mut near = [(Vec3::ZERO, 0.0_f32); MAX_HULL_VERTICES];

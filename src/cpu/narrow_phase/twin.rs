@@ -9,7 +9,7 @@
 use super::twin_tables::{Lanes, Planes, TwinHull, TwinTables};
 use super::{Feature, HullPair, PairCache, Separation};
 use crate::world::constants::{
-    AXIS_BIAS, AXIS_BIAS_RELATIVE, COHERENT_DEPTH, COPLANAR_DISTANCE, LINEAR_SLOP, MAX_HULL_EDGES, MAX_HULL_FACES,
+    AXIS_BIAS, AXIS_BIAS_RELATIVE, CLIP_TOLERANCE, COHERENT_DEPTH, LINEAR_SLOP, MAX_HULL_EDGES, MAX_HULL_FACES,
     MAX_HULL_VERTICES, PARALLEL_SINE,
 };
 use crate::world::{Edge, HullTables};
@@ -54,7 +54,7 @@ impl Twin {
             if axis.distance > margin {
                 return None;
             }
-            if axis.distance >= -COHERENT_DEPTH {
+            if axis.distance >= -COHERENT_DEPTH && frame.certified(&axis) {
                 return Some(world(axis));
             }
         }
@@ -140,8 +140,53 @@ impl<'a> Frame<'a> {
         Some(Axis { distance: self.along(normal), normal, feature })
     }
 
-    /// The axis of largest separation, or one that separates by more than `stop`. Faces of A are preferred to faces of
-    /// B, and faces to edges, by `bias` plus a share `relative` of the depth.
+    /// True if two points of the hulls face each other along the axis at its distance: then the distance of hulls apart
+    /// is exact, and no axis of overlapping ones is better by more than twice the depth.
+    fn certified(&self, axis: &Axis) -> bool {
+        let (side, face, direction) = match axis.feature {
+            Feature::FaceA(i) => (0, i, axis.normal),
+            Feature::FaceB(j) => (1, j, self.rotation.transpose() * -axis.normal),
+            Feature::Edges(i, j) => {
+                let (p, u) = self.edge(0, &self.edges(0)[i as usize]);
+                let (q, v) = self.edge(1, &self.edges(1)[j as usize]);
+                let length = |side: usize, k: u32| {
+                    let [p, q] = self.edges(side)[k as usize]
+                        .vertices
+                        .map(|v| self.pair.tables.vertices_of(self.pair.hull(side))[v as usize].truncate());
+                    p.distance(q)
+                };
+                let (v, w) = (self.rotation * v, self.rotation * q + self.shift - p);
+                let (b, c, d) = (u.dot(v), u.dot(w), v.dot(w));
+                let determinant = 1.0 - b * b;
+                let (s, t) = (c - b * d, b * c - d);
+                return s >= 0.0 && t >= 0.0 && s <= length(0, i) * determinant && t <= length(1, j) * determinant;
+            }
+            Feature::Points { .. } => return false,
+        };
+        let tables = self.pair.tables;
+        let hull = self.pair.hull(side);
+        let face = &tables.faces_of(hull)[face as usize];
+        let (corners, vertices) = (tables.corners_of(face), tables.vertices_of(hull));
+        let (rotation, shift) = self.pair.other_to(side);
+        let along = rotation.transpose() * direction;
+        let deepest = face.plane.w + axis.distance - direction.dot(shift) + CLIP_TOLERANCE;
+        tables.vertices_of(self.pair.hull(1 - side)).iter().map(|v| v.truncate()).any(|v| {
+            let inside = |p: Vec3| {
+                let mut start = vertices[corners[corners.len() - 1] as usize].truncate();
+                corners.iter().all(|&c| {
+                    let end = vertices[c as usize].truncate();
+                    let outward = (end - start).cross(direction);
+                    let beyond = outward.dot(p - start);
+                    start = end;
+                    beyond <= 0.0
+                })
+            };
+            along.dot(v) <= deepest && inside(rotation * v + shift)
+        })
+    }
+
+    /// The axis of largest separation, or one that separates by more than `stop`. Faces of the larger hull are preferred
+    /// to faces of the other, and faces to edges, by `bias` plus a share `relative` of the depth.
     fn search(&self, cached: Option<Axis>, stop: f32, bias: f32, relative: f32) -> Result<Axis, Apart> {
         let preference = |distance: f32| bias + relative * (-distance).max(0.0);
         // Whatever is worse than the cached axis by more than both preferences cannot win.
@@ -160,27 +205,27 @@ impl<'a> Frame<'a> {
         for (to, from) in vertices_b.iter_mut().zip(self.tables.vertices_of(self.b)) {
             *to = from.rotated(&self.rotation).shifted(self.shift);
         }
-        let center_b = self.rotation * self.b.center + self.shift;
-
-        let mut heights_a = [Vec4::ZERO; PLANE_GROUPS];
-        let (mut best, index) =
-            best_face(planes_a, vertices_b, center_b, self.b.inner_radius, floor, stop, &mut heights_a);
-        let mut feature = index.map(Feature::FaceA);
-        if best > stop {
-            return Err(Apart(Feature::FaceA(index.unwrap_or(0))));
-        }
-        let mut heights_b = [Vec4::ZERO; PLANE_GROUPS];
-        let threshold = if feature.is_some() { best + preference(best) } else { floor };
-        let (distance, index) =
-            best_face(planes_b, vertices_a, self.a.center, self.a.inner_radius, threshold, stop, &mut heights_b);
-        if let Some(j) = index {
-            (best, feature) = (distance, Some(Feature::FaceB(j)));
-            if distance > stop {
-                return Err(Apart(Feature::FaceB(j)));
+        let mut heights = [[Vec4::ZERO; PLANE_GROUPS]; 2];
+        let sides = [
+            (planes_a, &*vertices_b, self.rotation * self.b.center + self.shift, self.b.inner_radius),
+            (&*planes_b, vertices_a, self.a.center, self.a.inner_radius),
+        ];
+        let (mut best, mut feature) = (floor, None);
+        let first = self.pair.larger();
+        for side in [first, 1 - first] {
+            let (planes, vertices, center, inner) = sides[side];
+            let threshold = if feature.is_some() { best + preference(best) } else { floor };
+            let found = best_face(planes, vertices, center, inner, threshold, stop, &mut heights[side]);
+            if let (distance, Some(face)) = found {
+                let face = if side == 0 { Feature::FaceA(face) } else { Feature::FaceB(face) };
+                (best, feature) = (distance, Some(face));
+                if distance > stop {
+                    return Err(Apart(face));
+                }
             }
         }
         let threshold = if feature.is_some() { best + preference(best) } else { floor };
-        if let Some(edges) = self.best_edges(planes_b, vertices_b, &heights_a, &heights_b, threshold, stop) {
+        if let Some(edges) = self.best_edges(planes_b, vertices_b, &heights, threshold, stop) {
             return if edges.distance > stop { Err(Apart(edges.feature)) } else { Ok(edges) };
         }
         let normal = |feature: Feature| match feature {
@@ -202,16 +247,15 @@ impl<'a> Frame<'a> {
         &self,
         planes_b: &[Planes],
         vertices_b: &[Lanes],
-        heights_a: &[Vec4; PLANE_GROUPS],
-        heights_b: &[Vec4; PLANE_GROUPS],
+        heights: &[[Vec4; PLANE_GROUPS]; 2],
         threshold: f32,
         stop: f32,
     ) -> Option<Axis> {
         let (edges_a, edges_b) = (self.edges(0), self.edges(1));
         let mut list_a = [0_u8; MAX_HULL_EDGES];
         let mut list_b = [0_u8; MAX_HULL_EDGES];
-        let list_a = self.facing_edges(0, heights_a, self.b.inner_radius + threshold, &mut list_a);
-        let list_b = self.facing_edges(1, heights_b, self.a.inner_radius + threshold, &mut list_b);
+        let list_a = self.facing_edges(0, &heights[0], self.b.inner_radius + threshold, &mut list_a);
+        let list_b = self.facing_edges(1, &heights[1], self.a.inner_radius + threshold, &mut list_b);
         let faces_a = self.pair.tables.faces_of(self.pair.hull(0));
         let normal_b = |face: u32| planes_b[face as usize / 4].normal.lane(face as usize % 4);
         let vertex_b = |vertex: u32| vertices_b[vertex as usize / 4].lane(vertex as usize % 4);
@@ -279,8 +323,7 @@ impl<'a> Frame<'a> {
     ) -> &'l [u8] {
         let hull = self.pair.hull(side);
         let cosines = &self.tables.edge_cosines[hull.first_edge as usize..][..hull.edge_count as usize];
-        // Merged faces lie up to this far outside their edges.
-        let limit = limit - COPLANAR_DISTANCE;
+        let limit = limit - [self.a, self.b][side].slack;
         let mut count = 0;
         for (i, (edge, &cosine)) in self.edges(side).iter().zip(cosines).enumerate() {
             let [left, right] = edge.faces.map(|f| heights[f as usize / 4][f as usize % 4]);

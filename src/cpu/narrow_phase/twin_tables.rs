@@ -83,6 +83,8 @@ pub struct TwinHull {
     pub center: Vec3,
     /// Radius of the ball, m.
     pub inner_radius: f32,
+    /// How far a face's plane may lie outside its own edges, m: joined triangles are flat only within a tolerance.
+    pub slack: f32,
 }
 
 /// The search's tables of all hulls of a world.
@@ -113,6 +115,15 @@ impl TwinTables {
                 / faces.len().max(1) as f32;
             let inner_radius =
                 faces.iter().map(|f| f.plane.w - f.normal().dot(center)).fold(f32::INFINITY, f32::min).max(0.0);
+            let over = |f: u32, v: u32| {
+                let face = &faces[f as usize];
+                face.plane.w - face.normal().dot(vertices[v as usize].truncate())
+            };
+            let slack = tables
+                .edges_of(hull)
+                .iter()
+                .flat_map(|e| e.faces.map(|f| over(f, e.vertices[0]).max(over(f, e.vertices[1]))))
+                .fold(0.0, f32::max);
             out.hulls.push(TwinHull {
                 first_vertices: out.vertices.len() as u32,
                 vertex_groups: vertices.len().div_ceil(4) as u32,
@@ -120,6 +131,7 @@ impl TwinTables {
                 plane_groups: faces.len().div_ceil(4) as u32,
                 center,
                 inner_radius,
+                slack,
             });
             for first in (0..vertices.len()).step_by(4) {
                 out.vertices.push(Lanes::gather(|k| vertices[(first + k).min(vertices.len() - 1)].truncate()));
