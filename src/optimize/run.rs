@@ -6,7 +6,7 @@ use super::{
     config::ResultFrom,
     groups::{self, Group, raise},
     rig::Rig,
-    seat::seat,
+    seat::Seat,
     settle::settle,
     support,
     verify::{Motion, Verified, verify},
@@ -41,7 +41,8 @@ pub fn run(
     let input: Vec<scene::Pose> = scene.objects.iter().map(|object| object.pose).collect();
     let mut seated = input.clone();
     if config.seat {
-        seat(scene, &rigs, &mut seated);
+        let simulation = &config.fine();
+        Seat { scene, rigs: &rigs, backend, simulation, settings: &config.settle }.run(&mut seated)?;
     }
     let mut state = Checkpoint::start(scene, shapes, config, seed);
     state.set_layout(&seated);

@@ -1,14 +1,18 @@
-//! Support heights: every object is set onto what bears it before the search, from the ground up.
+//! Supports: every object is set onto what bears it before the search, from the ground up, and comes to rest there.
 //!
 //! Reconstructions float or sink by centimetres. The search looks only millimetres up and down, and an object sunk
 //! deeper than half of a table top would be pushed out below it. So each object is shifted vertically, with everything
 //! that stands on it, to the nearest height at which it rests on its parent: for two convex parts the shifts at which
 //! they overlap are one interval, and the upper ends of the joined intervals are the heights of support under the
-//! object's footprint (REST3D's stage 2b, which takes the parent's highest point instead).
+//! object's footprint (REST3D's stage 2b, which takes the parent's highest point instead). Then the object is simulated
+//! alone on its held parent: a desk that leans by two degrees would otherwise throw about what the search has carefully
+//! set onto it, when at last it falls level.
 
-use super::{groups::subtree, rig::Rig};
+use super::config::SettleSettings;
+use super::{groups::subtree, rig::Rig, settle::settle};
 use crate::scene::{self, Parent, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
+use crate::world::{Backend, BackendError, Pose, STATIC, SimSettings, World, angle_between};
 use glam::Vec3;
 use parry3d::math::Pose as Isometry;
 use parry3d::query::{ShapeCastOptions, cast_shapes};
@@ -40,33 +44,90 @@ impl Solid {
     }
 }
 
-/// Sets the objects of `layout` onto their supports; returns each object's own shift, m. What never moves stays.
-pub(super) fn seat(scene: &Scene, rigs: &[Rig], layout: &mut [scene::Pose]) -> Vec<f32> {
-    let mut shifts = vec![0.0; layout.len()];
-    let mut parents_first = scene.post_order();
-    parents_first.reverse();
-    for object in parents_first {
-        if scene.is_static(object) {
-            continue;
+/// Longest time that an object alone is given to come to rest, s.
+const REST_SECONDS: f32 = 2.0;
+
+/// An object that turns farther than this when left alone (about 11°) falls rather than rests, rad: it keeps its pose.
+const MAX_TURN: f32 = 0.2;
+
+/// An object that slides farther than this when left alone keeps its pose, m.
+const MAX_SLIDE: f32 = 0.05;
+
+/// Sets objects onto their supports.
+pub(super) struct Seat<'a> {
+    pub scene: &'a Scene,
+    pub rigs: &'a [Rig],
+    pub backend: &'a dyn Backend,
+    pub simulation: &'a SimSettings,
+    pub settings: &'a SettleSettings,
+}
+
+impl Seat<'_> {
+    /// Sets the objects of `layout` onto their supports, each with everything on it. What never moves stays.
+    pub fn run(&self, layout: &mut [scene::Pose]) -> Result<(), BackendError> {
+        let mut parents_first = self.scene.post_order();
+        parents_first.reverse();
+        for object in parents_first {
+            if self.scene.is_static(object) {
+                continue;
+            }
+            let shift = self.shift(object, layout);
+            if shift.abs() <= MAX_SHIFT {
+                let mut raised = layout[object];
+                raised.translation.y += f64::from(shift);
+                self.carry(object, raised, layout);
+            }
+            if let Some(rested) = self.rest(object, layout)? {
+                self.carry(object, rested, layout);
+            }
         }
-        let shift = match scene.objects[object].parent {
-            Parent::Root(Root::Ground | Root::GroundWall) => -rigs[object].lowest(&rigs[object].body(&layout[object])),
+        Ok(())
+    }
+
+    /// Vertical distance from where the object is to where it rests, m.
+    fn shift(&self, object: usize, layout: &[scene::Pose]) -> f32 {
+        match self.scene.objects[object].parent {
+            Parent::Root(Root::Ground | Root::GroundWall) => {
+                -self.rigs[object].lowest(&self.rigs[object].body(&layout[object]))
+            }
             Parent::Root(_) => 0.0,
             Parent::Object(parent) => {
-                let child = Solid::new(&rigs[object], &layout[object], FOOTPRINT);
-                let bearer = Solid::new(&rigs[parent], &layout[parent], 1.0);
+                let child = Solid::new(&self.rigs[object], &layout[object], FOOTPRINT);
+                let bearer = Solid::new(&self.rigs[parent], &layout[parent], 1.0);
                 support_shift(&child, &bearer).unwrap_or(0.0)
             }
-        };
-        if shift == 0.0 || shift.abs() > MAX_SHIFT {
-            continue;
-        }
-        shifts[object] = shift;
-        for moved in subtree(scene, object, |child| !scene.is_static(child)) {
-            layout[moved].translation.y += f64::from(shift);
         }
     }
-    shifts
+
+    /// Where the object comes to rest alone on its held parent; none if it falls or slides away.
+    fn rest(&self, object: usize, layout: &[scene::Pose]) -> Result<Option<scene::Pose>, BackendError> {
+        let rig = &self.rigs[object];
+        let start = rig.body(&layout[object]);
+        let mut defs = vec![rig.def(0, start, start)];
+        if let Parent::Object(parent) = self.scene.objects[object].parent {
+            let held = self.rigs[parent].body(&layout[parent]);
+            defs.push(self.rigs[parent].def(STATIC, held, held));
+        }
+        let world = World::new(&defs, &[0]);
+        let settings = SettleSettings { max_seconds: REST_SECONDS, ..self.settings.clone() };
+        let settled = settle(self.backend, &world, self.simulation, &settings, &world.start)?;
+        let rests = |end: &Pose| {
+            let slide = (end.translation - start.translation).with_y(0.0).length();
+            angle_between(end.rotation, start.rotation) < MAX_TURN && slide < MAX_SLIDE
+        };
+        Ok(settled.map(|settled| settled.poses[0]).filter(rests).map(|end| rig.object(&end)))
+    }
+
+    /// Moves an object to `pose` and everything movable on it along.
+    fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
+        let old = layout[object];
+        let turn = pose.rotation * old.rotation.conjugate();
+        for moved in subtree(self.scene, object, |child| !self.scene.is_static(child)) {
+            let place = &mut layout[moved];
+            place.translation = pose.translation + turn * (place.translation - old.translation);
+            place.rotation = (turn * place.rotation).normalize();
+        }
+    }
 }
 
 /// The smallest vertical shift that lets `child` rest on `bearer`, m; none if nothing is below it.
