@@ -44,7 +44,9 @@ pub(super) fn decompose(
     let mut consider = |pieces: Vec<Piece>| {
         let pieces = split(pieces, solid, levels.up, most, enough);
         let merged = merge(&pieces, solid, &limits);
-        if best.as_ref().is_none_or(|b| merged.bulge < b.0) {
+        // A part has to be worth what a merge may cost for free.
+        let score = merged.bulge + enough * merged.groups.len() as f32;
+        if best.as_ref().is_none_or(|b| score < b.0) {
             let hulls = merged
                 .groups
                 .iter()
@@ -54,7 +56,7 @@ pub(super) fn decompose(
                     Hull::new(&points)
                 })
                 .collect();
-            best = Some((merged.bulge, merged.closed, hulls));
+            best = Some((score, merged.closed, hulls));
         }
     };
     let shells = components(triangles);

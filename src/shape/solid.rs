@@ -12,6 +12,8 @@ use parry3d::query::PointQuery;
 use parry3d::shape::Triangle;
 use std::collections::BinaryHeap;
 
+/// Depth of free space that the grid cannot tell from a face that runs through the cells, in cells: not counted.
+const UNSEEN: f32 = 0.4;
 /// Weight of free space above a surface of the object: things stand there. Below it is mostly legs and air.
 const ABOVE: f32 = 2.0;
 /// A hollow whose entrance is narrower than this share of it (a bottle, a teapot, slots in a housing) is filled.
@@ -429,7 +431,7 @@ impl Solid {
             self.open.push(open);
             for i in column * length..(column + 1) * length {
                 if self.free[i] {
-                    bulge += distance[i] * if self.above[i] { ABOVE } else { 1.0 };
+                    bulge += (distance[i] - UNSEEN * self.cell).max(0.0) * if self.above[i] { ABOVE } else { 1.0 };
                     open += 1.0;
                 }
                 self.bulge.push(bulge);
