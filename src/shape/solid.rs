@@ -348,7 +348,7 @@ impl Solid {
             let length = self.size[axis];
             let stride: usize = self.order.iter().take_while(|o| **o != axis).map(|&o| self.size[o]).product();
             let mut line = vec![0.0; length];
-            for start in (0..values.len()).filter(|i| i / stride % length == 0) {
+            for start in (0..values.len()).filter(|i| (i / stride).is_multiple_of(length)) {
                 for (k, value) in line.iter_mut().enumerate() {
                     *value = values[start + k * stride];
                 }
@@ -429,9 +429,9 @@ impl Solid {
             let (mut bulge, mut open) = (0.0, 0.0);
             self.bulge.push(bulge);
             self.open.push(open);
-            for i in column * length..(column + 1) * length {
+            for (i, d) in distance.iter().enumerate().skip(column * length).take(length) {
                 if self.free[i] {
-                    bulge += (distance[i] - UNSEEN * self.cell).max(0.0) * if self.above[i] { ABOVE } else { 1.0 };
+                    bulge += (d - UNSEEN * self.cell).max(0.0) * if self.above[i] { ABOVE } else { 1.0 };
                     open += 1.0;
                 }
                 self.bulge.push(bulge);
