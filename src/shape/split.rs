@@ -15,6 +15,9 @@ const EVEN_CUTS: usize = 9;
 /// Candidate planes for each direction that lie in large flat facets.
 const FACET_CUTS: usize = 8;
 
+/// Cuts are planned on about so many triangles, evenly picked; they are made on all.
+const PLANNED: usize = 10_000;
+
 /// A part of the surface and its hull.
 #[derive(Clone)]
 pub(super) struct Piece {
@@ -71,7 +74,9 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
 /// leaves a layer too thin for the grid to see.
 fn best_cut(piece: &Piece, solid: &Solid, up: Vec3) -> Option<(Vec3, f32)> {
     let probes = directions(42);
-    let wire = Wire::new(&piece.triangles);
+    let stride = piece.triangles.len().div_ceil(PLANNED);
+    let planned: Vec<[Vec3; 3]> = piece.triangles.iter().copied().step_by(stride.max(1)).collect();
+    let wire = Wire::new(&planned);
     let (u, v) = up.any_orthonormal_pair();
     let (u, v) = if u.abs().max_element() > 0.999 { (u, v) } else { (Vec3::X, Vec3::Z) };
     let normals = Vec3::AXES.into_iter().chain([(u + v).normalize(), (u - v).normalize()]);
