@@ -8,7 +8,7 @@ use crate::import::rest3d;
 use glam::DVec3;
 use serde_json::Value;
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 impl Scene {
     /// Reads a `scene.json`, a folder that holds one, or a REST3D `stage2` folder.
@@ -18,45 +18,40 @@ impl Scene {
     /// # Errors
     /// The first thing that the contract does not allow.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
-        let scene = path.join("scene.json");
-        if path.is_dir() && !scene.is_file() {
-            let Some(file) = rest3d::find(path) else {
-                return Err(SceneError::new(
-                    path,
-                    "the folder holds neither a scene.json nor a scene_tree.json",
-                    "name a scene.json, a folder that holds one, or a REST3D stage2 folder",
-                ));
-            };
-            return from_stage2(&file);
-        }
-        let file = if path.is_dir() { scene } else { path.to_path_buf() };
-        if file.file_name().is_some_and(|name| name == rest3d::TREE) {
-            return from_stage2(&file);
-        }
-        let text = read_text(&file)?;
-        parse(&file, &text, |document| from_document(&file, document, Vec::new()))
+        let file = if path.is_dir() { find(path)? } else { path.to_path_buf() };
+        let is_stage2 = file.file_name().is_some_and(|name| name == rest3d::TREE);
+        parse(&file, &read_text(&file)?, |content| match is_stage2 {
+            false => from_document(&file, content, Vec::new()),
+            true => {
+                let (document, warnings) = rest3d::document(&file, content)?;
+                from_document(&file, &document, warnings)
+            }
+        })
     }
 }
 
-fn from_stage2(file: &Path) -> Result<Scene, SceneError> {
-    let text = read_text(file)?;
-    parse(file, &text, |tree| {
-        let (document, warnings) = rest3d::document(file, tree)?;
-        from_document(file, &document, warnings)
+/// The file of a folder that tells of a scene.
+fn find(folder: &Path) -> Result<PathBuf, SceneError> {
+    let scene = folder.join("scene.json");
+    let file = if scene.is_file() { Some(scene) } else { rest3d::find(folder) };
+    file.ok_or_else(|| {
+        SceneError::new(
+            folder,
+            "the folder holds neither a scene.json nor a scene_tree.json",
+            "name a scene.json, a folder that holds one, or a REST3D stage2 folder",
+        )
     })
 }
 
 fn read_text(file: &Path) -> Result<String, SceneError> {
     let unreadable =
         |error: std::io::Error| SceneError::new(file, format!("cannot be read: {error}"), "check path and permissions");
-    if std::fs::metadata(file).map_err(unreadable)?.is_file() {
-        let bytes = std::fs::read(file).map_err(unreadable)?;
-        let text = String::from_utf8(bytes)
-            .map_err(|_| SceneError::new(file, "it is not JSON text in UTF-8", "name a scene.json"))?;
-        Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
-    } else {
-        Err(SceneError::new(file, "it is not a file", "name a scene.json"))
+    if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
+        return Err(SceneError::new(file, "it is not a file", "name a scene.json"));
     }
+    let text = String::from_utf8(std::fs::read(file).map_err(unreadable)?)
+        .map_err(|_| SceneError::new(file, "it is not JSON text in UTF-8", "name a scene.json"))?;
+    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
 /// Parses a text and reads the result. JSON has no NaN and no infinity, but many writers emit them: those become texts,

@@ -88,26 +88,21 @@ fn remedy_of_cycle() -> String {
 
 /// The members of the first cycle, each followed by its parent.
 fn cycle(parents: &[Parent]) -> Option<Vec<usize>> {
-    /// Not reached yet.
-    const NEW: usize = usize::MAX;
-    // The walk that reached an object; a walk that meets its own trace has found a cycle.
-    let mut reached = vec![NEW; parents.len()];
+    let next = |i: usize| match parents[i] {
+        Parent::Object(parent) => Some(parent),
+        Parent::Root(_) => None,
+    };
+    // The walk that reached an object first; a walk that meets its own trace has found a cycle.
+    let mut reached = vec![None; parents.len()];
     for start in 0..parents.len() {
-        let mut at = Parent::Object(start);
-        while let Parent::Object(i) = at {
-            if reached[i] == start {
-                let next = |i: usize| match parents[i] {
-                    Parent::Object(parent) if parent != i => Some(parent),
-                    _ => None,
-                };
-                let rest = std::iter::successors(next(i), |&j| next(j)).take_while(|&j| j != i);
-                return Some(std::iter::once(i).chain(rest).collect());
-            }
-            if reached[i] != NEW {
-                break;
-            }
-            reached[i] = start;
-            at = parents[i];
+        let mut at = Some(start);
+        while let Some(i) = at.filter(|&i| reached[i].is_none()) {
+            reached[i] = Some(start);
+            at = next(i);
+        }
+        if let Some(first) = at.filter(|&i| reached[i] == Some(start)) {
+            let rest = std::iter::successors(next(first), |&i| next(i)).take_while(|&i| i != first);
+            return Some(std::iter::once(first).chain(rest).collect());
         }
     }
     None
