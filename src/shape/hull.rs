@@ -10,8 +10,8 @@ use parry3d::transformation::try_convex_hull;
 /// Least thickness of a part, m. Half of it lies on either side of a flat sheet: under a millimetre from the surface.
 pub(super) const MIN_THICKNESS: f32 = 1.9e-3;
 
-/// More points than this are thinned before their hull is made.
-const DENSE: usize = 1500;
+/// More points than this (each vertex about six times) are thinned before their hull is made.
+const DENSE: usize = 12_000;
 
 /// A convex polytope with volume.
 #[derive(Clone, Debug, Default)]
@@ -149,9 +149,9 @@ fn extremes(points: &[Vec3]) -> Vec<Vec3> {
     if outer.len() < DENSE {
         return outer.into_iter().chain(seeds).collect();
     }
-    // Of each cell the point farthest out: on a curved face of that many cells the loss is size / (8 · 24²) at most.
+    // Of each cell the point farthest out: on a curved face of that many cells the loss is size / (8 · 48²).
     let (low, high) = bounds(points);
-    let (center, spacing) = (0.5 * (low + high), (high - low).max_element() / 24.0);
+    let (center, spacing) = (0.5 * (low + high), (high - low).max_element() / 48.0);
     let mut keyed: Vec<([i32; 3], u32, usize)> = outer
         .iter()
         .enumerate()
