@@ -1,14 +1,15 @@
 //! From a mesh to at most a given number of convex parts.
 //!
-//! Two ways lead to pieces: cutting the whole surface, or cutting each connected component for itself (furniture is
-//! modelled as boards and legs). Both are merged down to the budget and the one that bulges less is kept.
+//! Three ways lead to pieces: cutting the whole surface, cutting each connected component for itself (furniture is
+//! modelled as boards and legs), and cutting it like a cake first (no single cut opens a bowl, so the greedy search
+//! would slice it into discs). All are merged down to the budget and the one that bulges least is kept.
 
 use super::ShapeSettings;
 use super::hull::Hull;
 use super::merge::{Limits, merge};
 use super::reduce::{Levels, reduce};
 use super::solid::Solid;
-use super::split::{Piece, components, split};
+use super::split::{Piece, clip, components, split};
 use glam::Vec3;
 
 /// A mesh whose hull has at most this share of free space is its own hull.
@@ -16,6 +17,9 @@ const CONVEX: f32 = 0.005;
 /// Bulge of a compartment that is worth a part beyond the budget, in units of the bounding box's volume^(4/3): the bay
 /// of a shelf has twice that, the air between the legs of a table a quarter.
 const COMPARTMENT: f32 = 0.004;
+
+/// Meshes of more connected components than this are not cut like a cake: they are no bowls.
+const CAKE_COMPONENTS: usize = 4;
 
 /// Convex parts of the triangles (scaled, m), at most `budget`; their hulls cover the surface up to the reduction.
 pub(super) fn decompose(
@@ -44,7 +48,9 @@ pub(super) fn decompose(
     let mut consider = |pieces: Vec<Piece>| {
         let pieces = split(pieces, solid, levels.up, most, enough);
         let merged = merge(&pieces, solid, &limits);
-        if best.as_ref().is_none_or(|b| merged.bulge < b.0) {
+        // A part has to be worth what a merge may cost for free.
+        let score = merged.bulge + enough * merged.groups.len() as f32;
+        if best.as_ref().is_none_or(|b| score < b.0) {
             let hulls = merged
                 .groups
                 .iter()
@@ -54,12 +60,16 @@ pub(super) fn decompose(
                     Hull::new(&points)
                 })
                 .collect();
-            best = Some((merged.bulge, merged.closed, hulls));
+            best = Some((score, merged.closed, hulls));
         }
     };
     let shells = components(triangles);
+    let round = shells.len() <= CAKE_COMPONENTS;
     if shells.len() > 1 && shells.len() <= settings.max_components {
         consider(shells.into_iter().filter_map(|s| Piece::new(s, solid)).collect());
+    }
+    if round {
+        consider(sectors(&whole, solid, levels.up, budget));
     }
     consider(vec![whole]);
     let Some((_, closed, hulls)) = best else {
@@ -73,6 +83,27 @@ pub(super) fn decompose(
         notes.push(format!("a compartment is closed: {} parts are too few for it", hulls.len()));
     }
     hulls
+}
+
+/// The piece cut by vertical planes through its middle, as many as leave a part of the budget for the bottom.
+fn sectors(whole: &Piece, solid: &Solid, up: Vec3, budget: usize) -> Vec<Piece> {
+    let (low, high) = whole.hull.bounds();
+    let center = 0.5 * (low + high);
+    let (u, v) = up.any_orthonormal_pair();
+    let planes = (budget / 2).saturating_sub(1).clamp(2, 7);
+    let mut sectors = vec![whole.triangles.clone()];
+    for i in 0..planes {
+        let (sin, cos) = (std::f32::consts::PI * (i as f32 + 0.5) / planes as f32).sin_cos();
+        let normal = u * cos + v * sin;
+        sectors = sectors
+            .iter()
+            .flat_map(|triangles| {
+                let (below, above) = clip(triangles, normal, normal.dot(center));
+                [below, above]
+            })
+            .collect();
+    }
+    sectors.into_iter().filter_map(|triangles| Piece::new(triangles, solid)).collect()
 }
 
 /// Leaves out parts that lie wholly within another part.

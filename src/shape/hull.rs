@@ -10,6 +10,9 @@ use parry3d::transformation::try_convex_hull;
 /// Least thickness of a part, m. Half of it lies on either side of a flat sheet: under a millimetre from the surface.
 pub(super) const MIN_THICKNESS: f32 = 1.9e-3;
 
+/// More points than this (each vertex about six times) are thinned before their hull is made.
+const DENSE: usize = 12_000;
+
 /// A convex polytope with volume.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Hull {
@@ -133,7 +136,7 @@ pub(super) fn support(points: &[Vec3], direction: Vec3) -> u32 {
     best.1
 }
 
-/// Leaves out points that are surely inside: parry's hull costs more than linear in the number of points.
+/// Leaves out points that are surely inside, and thins a dense scan: the hull costs more than linear in the points.
 fn extremes(points: &[Vec3]) -> Vec<Vec3> {
     if points.len() < 512 {
         return points.to_vec();
@@ -142,7 +145,21 @@ fn extremes(points: &[Vec3]) -> Vec<Vec3> {
     let Some(inner) = Hull::solid(&seeds) else {
         return points.to_vec();
     };
-    points.iter().copied().filter(|&p| inner.excess(p) > -1e-6).chain(seeds).collect()
+    let outer: Vec<Vec3> = points.iter().copied().filter(|&p| inner.excess(p) > -1e-6).collect();
+    if outer.len() < DENSE {
+        return outer.into_iter().chain(seeds).collect();
+    }
+    // Of each cell the point farthest out: on a curved face of that many cells the loss is size / (8 · 48²).
+    let (low, high) = bounds(points);
+    let (center, spacing) = (0.5 * (low + high), (high - low).max_element() / 48.0);
+    let mut keyed: Vec<([i32; 3], u32, usize)> = outer
+        .iter()
+        .enumerate()
+        .map(|(i, p)| (((*p - low) / spacing).as_ivec3().to_array(), u32::MAX - p.distance(center).to_bits(), i))
+        .collect();
+    keyed.sort_unstable();
+    keyed.dedup_by_key(|k| k.0);
+    keyed.into_iter().map(|k| outer[k.2]).chain(seeds).collect()
 }
 
 /// The points relative to `center`, one for each cell of a grid of that spacing, in a fixed order.

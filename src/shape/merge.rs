@@ -196,7 +196,7 @@ fn exchange(groups: &mut [Group], bulge: &dyn Fn(&mut dyn Iterator<Item = usize>
 }
 
 /// Joins two groups to divide a third one while that lowers the total. False if it never did.
-fn regroup(groups: &mut Vec<Group>, bulge: &dyn Fn(&mut dyn Iterator<Item = usize>) -> f32, free: f32) -> bool {
+fn regroup(groups: &mut [Group], bulge: &dyn Fn(&mut dyn Iterator<Item = usize>) -> f32, free: f32) -> bool {
     let mut halves: Vec<Option<[Group; 2]>> = groups.iter().map(|g| halve(g, bulge)).collect();
     let joined = |a: &Group, b: &Group| bulge(&mut a.members.iter().chain(&b.members).copied());
     let mut join: Vec<Vec<f32>> =

@@ -33,11 +33,11 @@ use rayon::prelude::*;
 use reduce::Levels;
 use serde::{Deserialize, Serialize};
 use solid::Solid;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 3";
+const ALGORITHM: &str = "shape 9";
 /// `up` within this cosine of an axis of the mesh means that axis: input poses are tilted, meshes seldom.
 const UP_SNAP: f32 = 0.8;
 
@@ -109,7 +109,7 @@ pub struct ShapeSettings {
 impl Default for ShapeSettings {
     fn default() -> Self {
         Self {
-            cells: 400_000,
+            cells: 500_000,
             oversplit: 4.0,
             max_pieces: 72,
             accuracy: 1e-3,
@@ -215,14 +215,14 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
 }
 
 /// Reads a mesh and scales it to metres.
-fn read_scaled(request: &ShapeRequest, field: &'static str, file: &PathBuf) -> Result<Mesh, ShapeError> {
+fn read_scaled(request: &ShapeRequest, field: &'static str, file: &Path) -> Result<Mesh, ShapeError> {
     let mut mesh =
         read_mesh(file).map_err(|source| ShapeError::Read { object: request.name.clone(), field, source })?;
     for v in &mut mesh.vertices {
         *v *= request.scale;
     }
     if !mesh.vertices.iter().all(|v| v.is_finite()) {
-        return Err(ShapeError::Scale { object: request.name.clone(), scale: request.scale, file: file.clone() });
+        return Err(ShapeError::Scale { object: request.name.clone(), scale: request.scale, file: file.to_path_buf() });
     }
     Ok(mesh)
 }

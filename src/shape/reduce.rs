@@ -13,7 +13,7 @@ const TOLERANCE: f32 = 0.6e-3;
 const NEGLIGIBLE: f32 = 0.1e-3;
 /// Shortfall at feet and tops that weighs more than elsewhere, m, and how much more.
 const SUPPORT_TOLERANCE: f32 = 0.7e-3;
-const SUPPORT_WEIGHT: f32 = 3.0;
+const SUPPORT_WEIGHT: f32 = 6.0;
 
 /// The levels along `up` on which things stand: `low` under the object, `high` on top of it (m), with a tolerance.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +36,7 @@ impl Levels {
 
     /// Distance from the highest and lowest level within which a point counts as top or foot, m.
     pub fn band(&self) -> f32 {
-        2e-3_f32.max(0.01 * (self.high - self.low))
+        2e-3_f32.max(2e-3 * (self.high - self.low))
     }
 
     /// Whether the point is one of the lowest of the mesh.

@@ -5,7 +5,7 @@
 //! are evenly spaced and, above all, the planes of large flat facets: the underside of a table top is where it parts
 //! from its legs. What a cut disconnects (four legs) falls apart at once.
 
-use super::hull::{Hull, directions, support};
+use super::hull::{Hull, MIN_THICKNESS, directions, support};
 use super::solid::Solid;
 use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,6 +14,9 @@ use std::collections::{BTreeMap, BTreeSet};
 const EVEN_CUTS: usize = 9;
 /// Candidate planes for each direction that lie in large flat facets.
 const FACET_CUTS: usize = 8;
+
+/// Cuts are planned on about so many triangles, evenly picked; they are made on all.
+const PLANNED: usize = 10_000;
 
 /// A part of the surface and its hull.
 #[derive(Clone)]
@@ -67,54 +70,69 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
     done
 }
 
-/// The plane `normal · x = offset` whose two sides bulge least.
+/// The plane `normal · x = offset` whose two sides bulge least. Facets come first and win ties: a cut beside a facet
+/// leaves a layer too thin for the grid to see.
 fn best_cut(piece: &Piece, solid: &Solid, up: Vec3) -> Option<(Vec3, f32)> {
     let probes = directions(42);
-    let wire = Wire::new(&piece.triangles);
-    let mut best: Option<(f32, Vec3, f32)> = None;
+    let stride = piece.triangles.len().div_ceil(PLANNED);
+    let planned: Vec<[Vec3; 3]> = piece.triangles.iter().copied().step_by(stride.max(1)).collect();
+    let wire = Wire::new(&planned);
     let (u, v) = up.any_orthonormal_pair();
     let (u, v) = if u.abs().max_element() > 0.999 { (u, v) } else { (Vec3::X, Vec3::Z) };
-    let diagonals = [(u + v).normalize(), (u - v).normalize()];
-    for normal in Vec3::AXES.into_iter().chain(diagonals) {
-        for offset in candidates(piece, normal, solid.cell()) {
-            let (below, above) = wire.sides(normal, offset);
-            let (Some(below), Some(above)) = (Hull::coarse(&below, &probes), Hull::coarse(&above, &probes)) else {
-                continue;
-            };
-            let bulge = solid.protrusion(&below).0 + solid.protrusion(&above).0;
-            if best.is_none_or(|b| bulge < b.0) {
-                best = Some((bulge, normal, offset));
-            }
+    let normals = Vec3::AXES.into_iter().chain([(u + v).normalize(), (u - v).normalize()]);
+    let spans: Vec<Span> = normals.map(|normal| Span::new(piece, normal, solid.cell())).collect();
+    let facets = spans.iter().flat_map(|s| s.facets(piece, solid.cell()).into_iter().map(|at| (s.normal, at)));
+    let mut best: Option<(f32, Vec3, f32)> = None;
+    for (normal, offset) in facets.chain(spans.iter().flat_map(|s| s.even().map(|at| (s.normal, at)))) {
+        let (below, above) = wire.sides(normal, offset);
+        let (Some(below), Some(above)) = (Hull::coarse(&below, &probes), Hull::coarse(&above, &probes)) else {
+            continue;
+        };
+        let bulge = solid.protrusion(&below).0 + solid.protrusion(&above).0;
+        if best.is_none_or(|b| bulge < b.0) {
+            best = Some((bulge, normal, offset));
         }
     }
     best.map(|b| (b.1, b.2))
 }
 
-/// Offsets along `normal` at which to try a cut.
-fn candidates(piece: &Piece, normal: Vec3, cell: f32) -> Vec<f32> {
-    let (low, high) = piece
-        .hull
-        .vertices
-        .iter()
-        .map(|v| normal.dot(*v))
-        .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), a| (l.min(a), h.max(a)));
-    let margin = (0.1 * cell).min(0.02 * (high - low));
-    let mut facets: BTreeMap<i64, (f32, f32)> = BTreeMap::new();
-    for t in &piece.triangles {
-        let cross = (t[1] - t[0]).cross(t[2] - t[0]);
-        let area = cross.length();
-        if area > 0.0 && cross.dot(normal).abs() > 0.995 * area {
-            let at = normal.dot(t[0] + t[1] + t[2]) / 3.0;
-            let slot = facets.entry((at / (0.1 * cell)).round() as i64).or_default();
-            *slot = (slot.0 + area, slot.1 + area * at);
-        }
+/// Where along a direction a piece may be cut.
+struct Span {
+    normal: Vec3,
+    low: f32,
+    high: f32,
+    margin: f32,
+}
+
+impl Span {
+    fn new(piece: &Piece, normal: Vec3, cell: f32) -> Self {
+        let along = piece.hull.vertices.iter().map(|v| normal.dot(*v));
+        let (low, high) = along.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), a| (l.min(a), h.max(a)));
+        Self { normal, low, high, margin: (0.2 * cell).max(0.5 * MIN_THICKNESS).min(0.05 * (high - low)) }
     }
-    let mut facets: Vec<(f32, f32)> = facets.into_values().map(|(area, sum)| (area, sum / area)).collect();
-    facets.sort_by(|a, b| b.0.total_cmp(&a.0));
-    facets.retain(|f| f.1 > low + margin && f.1 < high - margin);
-    facets.truncate(FACET_CUTS);
-    let even = (1..=EVEN_CUTS).map(|i| low + (high - low) * i as f32 / (EVEN_CUTS + 1) as f32);
-    even.chain(facets.into_iter().map(|f| f.1)).filter(|a| *a > low + margin && *a < high - margin).collect()
+
+    /// The planes of the largest facets, largest first.
+    fn facets(&self, piece: &Piece, cell: f32) -> Vec<f32> {
+        let mut areas: BTreeMap<i64, (f32, f32)> = BTreeMap::new();
+        for t in &piece.triangles {
+            let cross = (t[1] - t[0]).cross(t[2] - t[0]);
+            let area = cross.length();
+            if area > 0.0 && cross.dot(self.normal).abs() > 0.995 * area {
+                let at = self.normal.dot(t[0] + t[1] + t[2]) / 3.0;
+                let slot = areas.entry((at / (0.1 * cell)).round() as i64).or_default();
+                *slot = (slot.0 + area, slot.1 + area * at);
+            }
+        }
+        let mut facets: Vec<(f32, f32)> = areas.into_values().map(|(area, sum)| (area, sum / area)).collect();
+        facets.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let within = |at: &f32| *at > self.low + self.margin && *at < self.high - self.margin;
+        facets.into_iter().map(|f| f.1).filter(within).take(FACET_CUTS).collect()
+    }
+
+    /// Evenly spaced planes.
+    fn even(&self) -> impl Iterator<Item = f32> + use<'_> {
+        (1..=EVEN_CUTS).map(|i| self.low + (self.high - self.low) * i as f32 / (EVEN_CUTS + 1) as f32)
+    }
 }
 
 /// The vertices and edges of a set of triangles, each once.
