@@ -1,12 +1,12 @@
 //! One group's search: episodes of Cross-Entropy iterations, and when to stop.
 
 use crate::world::{
-    Backend, BackendError, Best, CemSettings, Energy, Flow, IterationStats, Search, SearchSettings, Status, Stream,
-    World,
+    Backend, BackendError, Best, CemSettings, Flow, IterationStats, Search, SearchSettings, Status, Stream, World,
 };
 
-/// An improvement below this share of the best energy counts as none (see `CemSettings::patience`).
-const IMPROVEMENT: f32 = 1e-3;
+/// An improvement of the elites below this share counts as none (see `CemSettings::patience`). The best candidate is no
+/// guide: a lucky first one stands while the distribution still moves.
+const IMPROVEMENT: f32 = 0.01;
 
 /// How a search ended.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ pub(super) fn search(
             if stopped || stats.best.total < cem.stop_energy {
                 break 'episodes;
             }
-            if patience.is_over(&stats.best) {
+            if patience.is_over(stats.elite_mean) {
                 break;
             }
         }
@@ -72,9 +72,9 @@ struct Patience {
 }
 
 impl Patience {
-    fn is_over(&mut self, best: &Energy) -> bool {
-        if best.total < self.mark * (1.0 - IMPROVEMENT) {
-            self.mark = best.total;
+    fn is_over(&mut self, elite_mean: f32) -> bool {
+        if elite_mean < self.mark * (1.0 - IMPROVEMENT) {
+            self.mark = elite_mean;
             self.stale = 0;
         } else {
             self.stale += 1;

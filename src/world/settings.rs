@@ -136,7 +136,7 @@ pub struct CemSettings {
     pub restart_std: f32,
     /// A group is done when its best energy falls below this.
     pub stop_energy: f32,
-    /// A group's episode is done when the best energy has improved by less than 0.1 % in so many iterations; 0: never.
+    /// An episode is done when the mean energy of the elites has not fallen by 1 % in so many iterations; 0: never.
     pub patience: u32,
     /// Candidate 0 of every iteration is the mean itself, at first the layout as it stands, instead of a sample.
     pub sample_mean: bool,

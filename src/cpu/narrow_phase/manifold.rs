@@ -8,12 +8,16 @@
 use super::{Feature, HullPair, MAX_MANIFOLD_POINTS, Manifold, ManifoldPoint, Separation, reduce};
 use crate::world::Face;
 use crate::world::constants::{
-    ALIGNED_BIAS, ALIGNED_COSINE, CLIP_TOLERANCE, INCIDENT_COSINE, LINEAR_SLOP, MAX_FACE_VERTICES,
+    ALIGNED_BIAS, ALIGNED_COSINE, CLIP_TOLERANCE, COPLANAR_COSINE, INCIDENT_COSINE, LINEAR_SLOP, MAX_FACE_VERTICES,
+    MAX_HULL_FACES,
 };
 use glam::{Mat3, Vec3, Vec4};
 
-/// A convex polygon cut by at most `MAX_FACE_VERTICES` lines gains at most one corner from each.
-const MAX_CLIPPED: usize = 2 * MAX_FACE_VERTICES;
+/// Most lines of an outline; a face of `MAX_FACE_VERTICES` with its flat neighbours seldom has more than twice as many.
+const MAX_LINES: usize = 2 * MAX_FACE_VERTICES;
+
+/// A convex polygon gains at most one corner from each line that cuts it.
+const MAX_CLIPPED: usize = MAX_FACE_VERTICES + MAX_LINES;
 
 /// Points collected before they are reduced.
 const MAX_COLLECTED: usize = MAX_CLIPPED + MAX_MANIFOLD_POINTS;
@@ -173,30 +177,70 @@ struct Clip<'a> {
     offset: f32,
     rotation: Mat3,
     shift: Vec3,
+    faces: &'a [Face],
+    /// Outward unit directions across the normal, and limits, m.
+    outline: [(Vec3, f32); MAX_LINES],
+    lines: usize,
 }
 
 impl<'a> Clip<'a> {
     fn new(pair: &'a HullPair<'a>, reference: usize, face: u32) -> Self {
         let hull = pair.hull(reference);
-        let face = &pair.tables.faces_of(hull)[face as usize];
+        let faces = pair.tables.faces_of(hull);
+        let plane = faces[face as usize].plane;
         let (rotation, shift) = pair.other_to(reference);
-        Self {
+        let mut clip = Self {
             pair,
             reference,
             vertices: pair.tables.vertices_of(hull),
-            corners: pair.tables.corners_of(face),
-            normal: face.normal(),
-            offset: face.plane.w,
+            corners: pair.tables.corners_of(&faces[face as usize]),
+            faces,
+            normal: plane.truncate(),
+            offset: plane.w,
             rotation,
             shift,
-        }
+            outline: [(Vec3::ZERO, 0.0); MAX_LINES],
+            lines: 0,
+        };
+        clip.outline();
+        clip
     }
 
-    /// Start of the side `k` of the reference face and its unit normal, which points away from the face.
-    fn side(&self, k: usize) -> (Vec3, Vec3) {
-        let at = |k: usize| self.vertices[self.corners[k] as usize].truncate();
-        let (start, end) = (at(k), at(if k + 1 < self.corners.len() { k + 1 } else { 0 }));
-        (start, (end - start).cross(self.normal).normalize_or_zero())
+    /// True for the reference face and every face that is nearly as flat: what rests on one rests on all.
+    fn bears(&self, face: &Face) -> bool {
+        face.normal().dot(self.normal) >= COPLANAR_COSINE
+    }
+
+    /// Separation of a point in the reference hull's frame from its bearing faces, m.
+    fn separation(&self, p: Vec3) -> f32 {
+        let bearing = self.faces.iter().filter(|face| self.bears(face));
+        bearing.map(|face| face.normal().dot(p) - face.plane.w).fold(self.normal.dot(p) - self.offset, f32::max)
+    }
+
+    /// A line for each steep face round the bearing ones, through its edges with them. A plate's top that is chamfered by
+    /// a tenth of a degree is one surface: clipping against one facet alone would drop half of what rests on it.
+    fn outline(&mut self) {
+        let mut line_of = [MAX_LINES; MAX_HULL_FACES];
+        for edge in self.pair.tables.edges_of(self.pair.hull(self.reference)) {
+            let steep = match edge.faces.map(|f| self.bears(&self.faces[f as usize])) {
+                [true, false] => edge.faces[1] as usize,
+                [false, true] => edge.faces[0] as usize,
+                _ => continue,
+            };
+            if line_of[steep] == MAX_LINES {
+                if self.lines == MAX_LINES {
+                    continue;
+                }
+                let outward = self.faces[steep].normal().reject_from_normalized(self.normal).normalize_or_zero();
+                self.outline[self.lines] = (outward, f32::NEG_INFINITY);
+                line_of[steep] = self.lines;
+                self.lines += 1;
+            }
+            let (outward, limit) = &mut self.outline[line_of[steep]];
+            for v in edge.vertices {
+                *limit = limit.max(outward.dot(self.vertices[v as usize].truncate()));
+            }
+        }
     }
 
     /// A face of the other hull, in the reference hull's frame, into `polygon`. False if it is nowhere within `margin`.
@@ -212,15 +256,14 @@ impl<'a> Clip<'a> {
         lowest <= margin
     }
 
-    /// What of `polygon` lies over the reference face, in one of the two buffers.
+    /// What of `polygon` lies over the bearing faces, in one of the two buffers.
     fn clipped<'p>(&self, polygon: &'p mut Polygon, other: &'p mut Polygon) -> &'p Polygon {
         let (mut from, mut to) = (polygon, other);
-        for k in 0..self.corners.len() {
+        for &(outward, limit) in &self.outline[..self.lines] {
             if from.count == 0 {
                 break;
             }
-            let (start, outward) = self.side(k);
-            if from.cut(outward, outward.dot(start), to) {
+            if from.cut(outward, limit, to) {
                 std::mem::swap(&mut from, &mut to);
             }
         }
@@ -246,7 +289,7 @@ impl<'a> Clip<'a> {
             let earlier = count;
             let [polygon, other] = &mut buffers;
             for &p in self.clipped(polygon, other).corners() {
-                let separation = self.normal.dot(p) - self.offset;
+                let separation = self.separation(p);
                 // Neighbouring faces share corners.
                 let again = |q: &Vec4| q.truncate().distance_squared(p) < CLIP_TOLERANCE * CLIP_TOLERANCE;
                 if separation <= margin && !points[..earlier].iter().any(again) {
