@@ -8,7 +8,7 @@ use rest3d_gpu::optimize::{Checkpoint, Config, Event, Observer, Outcome, run};
 use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::{Shape, ShapeRequest, ShapeSettings, build_shapes};
 use rest3d_gpu::world::{
-    Backend, BackendError, Energy, Flow, Pose, Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
+    Backend, BackendError, Energy, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, World,
 };
 use std::path::Path;
 use std::sync::Mutex;
@@ -103,7 +103,7 @@ impl Backend for Spy {
         world: &World,
         settings: &SimSettings,
         starts: &[Pose],
-        on_step: &mut dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow,
+        on_step: &mut OnStep<'_>,
     ) -> Result<Vec<Status>, BackendError> {
         CpuBackend.simulate(world, settings, starts, on_step)
     }

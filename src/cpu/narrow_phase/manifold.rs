@@ -220,6 +220,15 @@ impl<'a> Clip<'a> {
     /// A line for each steep face round the bearing ones, through its edges with them. A plate's top that is chamfered by
     /// a tenth of a degree is one surface: clipping against one facet alone would drop half of what rests on it.
     fn outline(&mut self) {
+        if self.faces.iter().filter(|face| self.bears(face)).count() == 1 {
+            let corner = |k: usize| self.vertices[self.corners[k % self.corners.len()] as usize].truncate();
+            for k in 0..self.corners.len() {
+                let outward = (corner(k + 1) - corner(k)).cross(self.normal).normalize_or_zero();
+                self.outline[k] = (outward, outward.dot(corner(k)));
+            }
+            self.lines = self.corners.len();
+            return;
+        }
         let mut line_of = [MAX_LINES; MAX_HULL_FACES];
         for edge in self.pair.tables.edges_of(self.pair.hull(self.reference)) {
             let steep = match edge.faces.map(|f| self.bears(&self.faces[f as usize])) {
@@ -240,6 +249,13 @@ impl<'a> Clip<'a> {
             for v in edge.vertices {
                 *limit = limit.max(outward.dot(self.vertices[v as usize].truncate()));
             }
+        }
+        // No farther than where the steep face cuts the reference plane: a flat slope reaches far below it.
+        for (steep, &line) in line_of.iter().enumerate().filter(|(_, line)| **line < MAX_LINES) {
+            let plane = self.faces[steep].plane;
+            let cosine = self.normal.dot(plane.truncate());
+            let (_, limit) = &mut self.outline[line];
+            *limit = limit.min((plane.w - cosine * self.offset) / (1.0 - cosine * cosine).sqrt());
         }
     }
 
