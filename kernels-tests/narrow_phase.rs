@@ -209,10 +209,8 @@ fn check(case: &Case) -> Result<(), String> {
             if (length - p.separation.abs()).abs() > 1e-5 * scale(case) || p.separation > MARGIN {
                 return fail("a point's separation is wrong");
             }
-            // Clipping tolerance and parry's witnesses; and facets within 2.6° of each other are clipped as one face, whose
-            // outline can stand out by the sine squared of that angle of its width.
-            let width = 2.0 * case.tables.hulls[0].radius.max(case.tables.hulls[1].radius);
-            let slack = 1e-4 + tolerance + 2e-3 * width;
+            // Clipping tolerance and parry's witnesses.
+            let slack = 1e-4 + tolerance;
             let off = [case.outside(0, p.on_a), case.outside(1, p.on_b)];
             // Where a face won against an edge pair by its bias, the one point lies between the two.
             let between = m.count == 1 && p.separation < 0.0;

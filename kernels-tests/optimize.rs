@@ -10,7 +10,8 @@ use rest3d_gpu::optimize::{
 use rest3d_gpu::scene::{self, Parent, Root, Scene};
 use rest3d_gpu::shape::{MassProperties, Part, Shape};
 use rest3d_gpu::world::{
-    Backend, BackendError, Flow, Pose, STATIC, Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
+    Backend, BackendError, Flow, OnStep, Pose, STATIC, Search, SearchSettings, SimSettings, Status, Stream, Velocity,
+    World,
 };
 use serde_json::json;
 use std::sync::Mutex;
@@ -56,7 +57,7 @@ impl Backend for Fake {
         _: &World,
         settings: &SimSettings,
         starts: &[Pose],
-        on_step: &mut dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow,
+        on_step: &mut OnStep<'_>,
     ) -> Result<Vec<Status>, BackendError> {
         let mut poses = starts.to_vec();
         if let Some((body, turn)) = self.tumble {

@@ -8,7 +8,7 @@ use rest3d_gpu::optimize::{Checkpoint, Config, Event, Observer, Outcome, run};
 use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::{Shape, ShapeRequest, ShapeSettings, build_shapes};
 use rest3d_gpu::world::{
-    Backend, BackendError, Energy, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, World,
+    Backend, BackendError, Energy, Flow, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, World,
 };
 use std::path::Path;
 use std::sync::Mutex;
