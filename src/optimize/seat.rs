@@ -6,14 +6,14 @@
 //! they overlap are one interval, and the upper ends of the joined intervals are the heights of support under the
 //! object's footprint (REST3D's stage 2b, which takes the parent's highest point instead). Then the object is simulated
 //! alone on its held parent: a desk that leans by two degrees would otherwise throw about what the search has carefully
-//! set onto it, when at last it falls level.
+//! set onto it, when at last it falls level. What falls over alone is tried once more upright.
 
 use super::config::SettleSettings;
 use super::{groups::subtree, rig::Rig, settle::settle};
 use crate::scene::{self, Parent, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
 use crate::world::{Backend, BackendError, Pose, STATIC, SimSettings, World, angle_between};
-use glam::Vec3;
+use glam::{DQuat, DVec3, Vec3};
 use parry3d::math::Pose as Isometry;
 use parry3d::query::{ShapeCastOptions, cast_shapes};
 use parry3d::shape::ConvexPolyhedron;
@@ -50,6 +50,9 @@ const REST_SECONDS: f32 = 2.0;
 /// An object that turns farther than this when left alone (about 11°) falls rather than rests, rad: it keeps its pose.
 const MAX_TURN: f32 = 0.2;
 
+/// An object that leans by more than this (20°) is not taken for an upright one that leans, rad.
+const MAX_LEAN: f64 = 0.35;
+
 /// An object that slides farther than this when left alone keeps its pose, m.
 const MAX_SLIDE: f32 = 0.05;
 
@@ -71,17 +74,34 @@ impl Seat<'_> {
             if self.scene.is_static(object) {
                 continue;
             }
-            let shift = self.shift(object, layout);
-            if shift.abs() <= MAX_SHIFT {
-                let mut raised = layout[object];
-                raised.translation.y += f64::from(shift);
-                self.carry(object, raised, layout);
+            self.settle_height(object, layout);
+            let mut rested = self.rest(object, layout)?;
+            if rested.is_none()
+                && let Some(upright) = upright(&layout[object], self.rigs[object].center_of(&layout[object]))
+            {
+                let leaning = layout.to_vec();
+                self.carry(object, upright, layout);
+                self.settle_height(object, layout);
+                rested = self.rest(object, layout)?;
+                if rested.is_none() {
+                    layout.copy_from_slice(&leaning);
+                }
             }
-            if let Some(rested) = self.rest(object, layout)? {
+            if let Some(rested) = rested {
                 self.carry(object, rested, layout);
             }
         }
         Ok(())
+    }
+
+    /// Shifts the object to the height at which it rests.
+    fn settle_height(&self, object: usize, layout: &mut [scene::Pose]) {
+        let shift = self.shift(object, layout);
+        if shift.abs() <= MAX_SHIFT {
+            let mut raised = layout[object];
+            raised.translation.y += f64::from(shift);
+            self.carry(object, raised, layout);
+        }
     }
 
     /// Vertical distance from where the object is to where it rests, m.
@@ -130,6 +150,20 @@ impl Seat<'_> {
     }
 }
 
+/// The pose turned about `center` so that the axis of the mesh which is nearest to the vertical is vertical; none if it
+/// leans by more than `MAX_LEAN`. A reconstructed lamp leans by a few degrees, and meshes are modelled upright.
+fn upright(pose: &scene::Pose, center: DVec3) -> Option<scene::Pose> {
+    let up = pose.rotation.conjugate() * DVec3::Y;
+    let nearest =
+        [DVec3::X, DVec3::Y, DVec3::Z].into_iter().max_by(|a, b| a.dot(up).abs().total_cmp(&b.dot(up).abs()))?;
+    let axis = pose.rotation * (nearest * nearest.dot(up).signum());
+    let turn = DQuat::from_rotation_arc(axis, DVec3::Y);
+    (axis.angle_between(DVec3::Y) < MAX_LEAN).then(|| scene::Pose {
+        rotation: (turn * pose.rotation).normalize(),
+        translation: center + turn * (pose.translation - center),
+    })
+}
+
 /// The smallest vertical shift that lets `child` rest on `bearer`, m; none if nothing is below it.
 fn support_shift(child: &Solid, bearer: &Solid) -> Option<f32> {
     let mut overlaps: Vec<[f32; 2]> = Vec::new();
@@ -166,4 +200,44 @@ fn overlap_interval(a: &ConvexPolyhedron, b: &ConvexPolyhedron) -> Option<[f32; 
         hit.ok().flatten().map(|hit| hit.time_of_impact)
     };
     Some([below + cast(below, 1.0)?, above - cast(above, -1.0)?])
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    fn cube(center: Vec3) -> ConvexPolyhedron {
+        let corners = (0..8).map(|i| center + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5);
+        ConvexPolyhedron::from_convex_hull(&corners.collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn cubes_overlap_while_less_than_a_side_apart() {
+        let [low, high] = overlap_interval(&cube(Vec3::new(0.2, 3.0, 0.0)), &cube(Vec3::ZERO)).unwrap();
+        assert!((low + 4.0).abs() < 1e-3 && (high + 2.0).abs() < 1e-3, "{low} … {high}");
+        assert!(overlap_interval(&cube(Vec3::new(2.0, 3.0, 0.0)), &cube(Vec3::ZERO)).is_none());
+    }
+
+    #[test]
+    fn the_nearest_support_is_chosen() {
+        let shelf = Solid { parts: vec![cube(Vec3::ZERO), cube(Vec3::Y * 3.0)] };
+        let shift = |y: f32| support_shift(&Solid { parts: vec![cube(Vec3::Y * y)] }, &shelf).unwrap();
+        assert!((shift(0.9) - 0.1).abs() < 1e-3, "sunk by 10 cm, shifted by {}", shift(0.9));
+        assert!((shift(1.2) + 0.2).abs() < 1e-3, "floating by 20 cm, shifted by {}", shift(1.2));
+        assert!((shift(3.8) - 0.2).abs() < 1e-3, "on the upper board, shifted by {}", shift(3.8));
+    }
+
+    #[test]
+    fn a_leaning_object_is_set_upright_about_its_centre() {
+        let lean = DQuat::from_rotation_y(0.7) * DQuat::from_rotation_z(0.2);
+        let pose = scene::Pose { rotation: lean, translation: DVec3::new(1.0, 2.0, 3.0) };
+        let center = pose.translation + lean * DVec3::new(0.0, 0.5, 0.0);
+        let set = upright(&pose, center).unwrap();
+        assert!((set.rotation * DVec3::Y).distance(DVec3::Y) < 1e-9);
+        assert!((set.translation + set.rotation * DVec3::new(0.0, 0.5, 0.0)).distance(center) < 1e-9);
+        let fallen = scene::Pose { rotation: DQuat::from_rotation_z(0.7), ..pose };
+        assert!(upright(&fallen, center).is_none());
+    }
 }
