@@ -40,8 +40,7 @@ pub const MAX_PATCHES: usize = 4;
 /// Smallest cosine between the normals of one patch (about 15°).
 pub const PATCH_COSINE: f32 = 0.966;
 
-/// Contact points gathered per body pair before they are merged; deepest manifolds first would be dropped never: the
-/// list is reduced whenever it is full.
+/// Contact points gathered per body pair before they are merged; the list is merged whenever it is full.
 pub const MAX_GATHERED_POINTS: usize = 64;
 
 /// An old contact point hands its impulse to a new one within this distance on either body, m.
