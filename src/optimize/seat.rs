@@ -18,7 +18,7 @@ use parry3d::math::Pose as Isometry;
 use parry3d::query::{ShapeCastOptions, cast_shapes};
 use parry3d::shape::ConvexPolyhedron;
 
-/// An object is not shifted farther than this, m: what is farther off is not a wrong height but a wrong parent.
+/// An object is not shifted farther than this onto another, m: what is farther off is not a wrong height but a wrong parent.
 const MAX_SHIFT: f32 = 0.2;
 
 /// The footprint that looks for support is so much narrower than the object: a book that leans into a wall of the shelf
@@ -97,7 +97,8 @@ impl Seat<'_> {
     /// Shifts the object to the height at which it rests.
     fn settle_height(&self, object: usize, layout: &mut [scene::Pose]) {
         let shift = self.shift(object, layout);
-        if shift.abs() <= MAX_SHIFT {
+        let on_ground = matches!(self.scene.objects[object].parent, Parent::Root(_));
+        if on_ground || shift.abs() <= MAX_SHIFT {
             let mut raised = layout[object];
             raised.translation.y += f64::from(shift);
             self.carry(object, raised, layout);
