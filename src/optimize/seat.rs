@@ -12,11 +12,12 @@ use super::config::SettleSettings;
 use super::{groups::subtree, rig::Rig, settle::settle};
 use crate::scene::{self, Parent, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
-use crate::world::{Backend, BackendError, Pose, STATIC, SimSettings, World, angle_between};
+use crate::world::{Backend, BackendError, STATIC, SimSettings, World, angle_between};
 use glam::{DQuat, DVec3, Vec3};
 use parry3d::math::Pose as Isometry;
 use parry3d::query::{ShapeCastOptions, cast_shapes};
 use parry3d::shape::ConvexPolyhedron;
+use std::ops::Range;
 
 /// An object is not shifted farther than this onto another, m: what is farther off is not a wrong height but a wrong parent.
 const MAX_SHIFT: f32 = 0.2;
@@ -50,11 +51,27 @@ const REST_SECONDS: f32 = 2.0;
 /// An object that turns farther than this when left alone (about 11°) falls rather than rests, rad: it keeps its pose.
 const MAX_TURN: f32 = 0.2;
 
-/// An object that leans by more than this (20°) is not taken for an upright one that leans, rad.
-const MAX_LEAN: f64 = 0.35;
+/// An object that leans by less (1°) or by more (20°) than this is not taken for an upright one that leans, rad.
+const LEAN: Range<f64> = 0.017..0.35;
 
 /// An object that slides farther than this when left alone keeps its pose, m.
 const MAX_SLIDE: f32 = 0.05;
+
+/// Where an object left alone on its parent ends, and how far from where it was left.
+struct Rest {
+    pose: scene::Pose,
+    /// rad.
+    turn: f32,
+    /// m.
+    slide: f32,
+}
+
+impl Rest {
+    /// False if it fell over or slid away.
+    fn stays(&self) -> bool {
+        self.turn < MAX_TURN && self.slide < MAX_SLIDE
+    }
+}
 
 /// Sets objects onto their supports.
 pub(super) struct Seat<'a> {
@@ -75,21 +92,28 @@ impl Seat<'_> {
                 continue;
             }
             self.settle_height(object, layout);
-            let mut rested = self.rest(object, layout)?;
-            if rested.is_none()
-                && let Some(upright) = upright(&layout[object], self.rigs[object].center_of(&layout[object]))
-            {
-                let leaning = layout.to_vec();
-                self.carry(object, upright, layout);
-                self.settle_height(object, layout);
-                rested = self.rest(object, layout)?;
-                if rested.is_none() {
-                    layout.copy_from_slice(&leaning);
-                }
+            let left_alone = self.rest(object, layout)?;
+            match left_alone.as_ref().filter(|rest| rest.stays()) {
+                Some(rest) => self.carry(object, rest.pose, layout),
+                None => self.set_upright(object, left_alone.map_or(f32::INFINITY, |rest| rest.turn), layout)?,
             }
-            if let Some(rested) = rested {
-                self.carry(object, rested, layout);
-            }
+        }
+        Ok(())
+    }
+
+    /// Sets a leaning object upright if it stays there and has turned less than the `fall` that it would take otherwise,
+    /// rad: a round fruit rolls to rest by itself.
+    fn set_upright(&self, object: usize, fall: f32, layout: &mut [scene::Pose]) -> Result<(), BackendError> {
+        let leaning = layout.to_vec();
+        let Some(upright) = upright(&leaning[object], self.rigs[object].center_of(&leaning[object])) else {
+            return Ok(());
+        };
+        self.carry(object, upright, layout);
+        self.settle_height(object, layout);
+        let lean = upright.rotation.angle_between(leaning[object].rotation) as f32;
+        match self.rest(object, layout)?.filter(|rest| rest.stays() && lean + rest.turn < fall) {
+            Some(rest) => self.carry(object, rest.pose, layout),
+            None => layout.copy_from_slice(&leaning),
         }
         Ok(())
     }
@@ -120,8 +144,8 @@ impl Seat<'_> {
         }
     }
 
-    /// Where the object comes to rest alone on its held parent; none if it falls or slides away.
-    fn rest(&self, object: usize, layout: &[scene::Pose]) -> Result<Option<scene::Pose>, BackendError> {
+    /// Where the object comes to rest alone on its held parent; none if that cannot be simulated.
+    fn rest(&self, object: usize, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
         let rig = &self.rigs[object];
         let start = rig.body(&layout[object]);
         let mut defs = vec![rig.def(0, start, start)];
@@ -132,11 +156,14 @@ impl Seat<'_> {
         let world = World::new(&defs, &[0]);
         let settings = SettleSettings { max_seconds: REST_SECONDS, ..self.settings.clone() };
         let settled = settle(self.backend, &world, self.simulation, &settings, &world.start)?;
-        let rests = |end: &Pose| {
-            let slide = (end.translation - start.translation).with_y(0.0).length();
-            angle_between(end.rotation, start.rotation) < MAX_TURN && slide < MAX_SLIDE
-        };
-        Ok(settled.map(|settled| settled.poses[0]).filter(rests).map(|end| rig.object(&end)))
+        Ok(settled.map(|settled| {
+            let end = settled.poses[0];
+            Rest {
+                pose: rig.object(&end),
+                turn: angle_between(end.rotation, start.rotation),
+                slide: (end.translation - start.translation).with_y(0.0).length(),
+            }
+        }))
     }
 
     /// Moves an object to `pose` and everything movable on it along.
@@ -151,15 +178,15 @@ impl Seat<'_> {
     }
 }
 
-/// The pose turned about `center` so that the axis of the mesh which is nearest to the vertical is vertical; none if it
-/// leans by more than `MAX_LEAN`. A reconstructed lamp leans by a few degrees, and meshes are modelled upright.
+/// The pose turned about `center` so that the axis of the mesh which is nearest to the vertical is vertical; none if its
+/// lean is outside `LEAN`. A reconstructed lamp leans by a few degrees, and meshes are modelled upright.
 fn upright(pose: &scene::Pose, center: DVec3) -> Option<scene::Pose> {
     let up = pose.rotation.conjugate() * DVec3::Y;
     let nearest =
         [DVec3::X, DVec3::Y, DVec3::Z].into_iter().max_by(|a, b| a.dot(up).abs().total_cmp(&b.dot(up).abs()))?;
     let axis = pose.rotation * (nearest * nearest.dot(up).signum());
     let turn = DQuat::from_rotation_arc(axis, DVec3::Y);
-    (axis.angle_between(DVec3::Y) < MAX_LEAN).then(|| scene::Pose {
+    LEAN.contains(&axis.angle_between(DVec3::Y)).then(|| scene::Pose {
         rotation: (turn * pose.rotation).normalize(),
         translation: center + turn * (pose.translation - center),
     })
