@@ -161,7 +161,7 @@ fn files_that_are_not_what_they_should_be_are_refused() {
     scene["objects"][1]["mesh"] = json!("broken.glb");
     let case = Case::new(&scene);
     fs::write(case.path("broken.glb"), "solid nonsense").unwrap();
-    refuses(&case, &mut case.command("optimize"), &["left box", "mesh", "broken.glb"]);
+    refuses(&case, &mut case.command("optimize"), &["scene.json", "left box", "mesh", "broken.glb"]);
 
     let mut missing = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
     refuses(&case, missing.arg("optimize").arg(case.path("nowhere")), &["nowhere"]);
@@ -173,6 +173,7 @@ fn bad_usage_is_refused_and_nothing_is_written() {
     let out = case.path("out");
     for (arguments, words) in [
         (&["--candidates", "0"][..], &["--candidates"][..]),
+        (&["--candidates", "4000000000"], &["candidates"]),
         (&["--iterations", "0"], &["--iterations"]),
         (&["--iterations", "-3"], &["-3"]),
         (&["--threads", "0"], &["--threads"]),
@@ -194,6 +195,11 @@ fn bad_configurations_are_refused_with_file_and_key() {
     let case = Case::new(&table());
     for (content, key) in [
         ("[local]\ncandidates = 0", "local.candidates"),
+        ("[local]\ncandidates = 4000000000", "local.candidates"),
+        ("[simulation]\nsubsteps = 4000000000", "simulation.substeps"),
+        ("[simulation]\nsteps = 10", "simulation.snapshot_step"),
+        ("[verify]\nseconds = 1e30", "verify.seconds"),
+        ("[settle]\nmax_seconds = 1e30", "settle.max_seconds"),
         ("[global]\niterations = 0", "global.iterations"),
         ("[global]\nepisodes = 0", "global.episodes"),
         ("[local]\nelite_fraction = nan", "local.elite_fraction"),
@@ -218,6 +224,12 @@ fn a_place_that_cannot_be_written_is_refused_before_the_work() {
     refuses(&case, case.command("optimize").arg("-o").arg(case.path("cube.obj")), &["cube.obj"]);
     refuses(&case, case.command("optimize").arg("-o").arg(case.path("cube.obj/deep/er")), &["cube.obj"]);
     refuses(&case, case.command("simulate").arg("-o").arg(case.path("cube.obj/states.json")), &["cube.obj"]);
+    refuses(&case, case.command("simulate").arg("-o").arg(case.folder.path()), &["folder"]);
+    fs::create_dir_all(case.path("full/report.json")).unwrap();
+    refuses(&case, case.command("optimize").arg("-o").arg(case.path("full")), &["report.json", "folder"]);
+    fs::create_dir(case.path("other")).unwrap();
+    fs::write(case.path("other/parts"), "").unwrap();
+    refuses(&case, case.command("optimize").arg("-o").arg(case.path("other")), &["parts", "file"]);
     // Not even root may make files here.
     if cfg!(target_os = "linux") {
         refuses(&case, case.command("optimize").arg("-o").arg("/proc/rest3d"), &["/proc/rest3d", "-o"]);
@@ -253,6 +265,29 @@ fn the_input_is_never_replaced() {
     let case = Case::new(&table());
     refuses(&case, case.command("optimize").arg("-o").arg(case.folder.path()), &["scene.json", "-o"]);
     refuses(&case, case.command("simulate").arg("-o").arg(case.path("scene.json")), &["scene.json", "-o"]);
+
+    let mut input = table();
+    input["objects"][0]["mesh"] = json!("out/parts/table_0.obj");
+    let case = Case::new(&input);
+    fs::create_dir_all(case.path("out/parts")).unwrap();
+    fs::write(case.path("out/parts/table_0.obj"), CUBE).unwrap();
+    refuses(&case, case.command("optimize").arg("-o").arg(case.path("out")), &["table_0.obj", "-o"]);
+    refuses(&case, case.command("simulate").arg("-o").arg(case.path("out/parts/table_0.obj")), &["table_0.obj", "-o"]);
+}
+
+#[test]
+fn parts_of_an_earlier_result_do_not_stay_but_other_files_do() {
+    let case = Case::new(&table());
+    assert!(case.optimize("out", &TINY).status.success());
+    fs::write(case.path("out/parts/mine.obj"), CUBE).unwrap();
+    let mut renamed = table();
+    renamed["objects"][2]["name"] = json!("crate");
+    fs::write(case.path("scene.json"), renamed.to_string()).unwrap();
+    assert!(case.optimize("out", &TINY).status.success());
+    let mut names: Vec<String> =
+        tree(&case.path("out/parts")).iter().map(|(path, _)| path.file_name().unwrap().display().to_string()).collect();
+    names.sort();
+    assert_eq!(names, ["crate_0.obj", "left box_0.obj", "mine.obj", "table_0.obj"].map(|n| n.replace(' ', "_")));
 }
 
 #[test]
@@ -317,6 +352,13 @@ fn the_report_says_what_happened() {
     assert_eq!(report["objects"][0]["shape"]["parts"], 1);
     // The table hung 20 mm above the ground. It may end a little higher or lower by the search's shifts, not stay.
     assert!(report["objects"][0]["moved"].as_f64().unwrap() > 0.01, "{}", report["objects"][0]);
+    for object in report["objects"].as_array().unwrap() {
+        for term in ["stability", "velocity", "penetration", "layout"] {
+            assert!(object["check"]["terms"][term].as_f64().unwrap() >= 0.0, "{object}");
+        }
+        assert!(object["check"]["terms"]["penetration"].as_f64().unwrap() < 1e-3, "{object}");
+    }
+    assert_eq!(report["iterations"][0]["status"]["contacts over capacity"], 0, "{}", report["iterations"][0]);
     let groups: Vec<&str> =
         report["groups"].as_array().unwrap().iter().map(|group| group["name"].as_str().unwrap()).collect();
     assert_eq!(groups, ["table", "global"]);

@@ -24,6 +24,7 @@ struct Fake {
     fails: bool,
     tumble: Option<(usize, Quat)>,
     worlds: Mutex<Vec<World>>,
+    free_bytes: Option<u64>,
 }
 
 struct Slide<'a>(&'a World, Vec3, bool);
@@ -71,6 +72,14 @@ impl Backend for Fake {
         Ok(vec![if self.fails { Status::NOT_FINITE } else { Status::default() }])
     }
 
+    fn free_bytes(&self) -> Option<u64> {
+        self.free_bytes
+    }
+
+    fn overlaps(&self, world: &World, _: &SimSettings, _: &[Pose]) -> Result<Vec<f32>, BackendError> {
+        Ok(vec![0.0; world.pairs.len()])
+    }
+
     fn search<'a>(
         &'a self,
         world: &'a World,
@@ -107,7 +116,7 @@ impl Observer for Watch {
                 }
             }
             Event::GroupDone { checkpoint, .. } => self.checkpoints.push(checkpoint.to_json()),
-            Event::Settling | Event::Verifying => {}
+            Event::Seating | Event::Settling | Event::Verifying => {}
         }
         Flow::Continue
     }
@@ -505,6 +514,15 @@ fn later_episodes_are_widened() {
     };
     // After ten iterations the samples lie close to the optimum; widened ones do not.
     assert!(spread(1.0) > 3.0 * spread(0.0), "{} {}", spread(1.0), spread(0.0));
+}
+
+#[test]
+fn a_search_that_does_not_fit_into_memory_is_refused_before_it_starts() {
+    let (boxes, backend, mut watch) = (room(), Fake { free_bytes: Some(1000), ..Default::default() }, Watch::default());
+    let refused = go(&boxes, &backend, &config(), 1, None, &mut watch).unwrap_err();
+    let OptimizeError::Backend(BackendError::Capacity(message)) = refused else { unreachable!("{refused}") };
+    assert!(message.contains("memory") && message.contains("fewer"), "{message}");
+    assert!(backend.worlds.lock().unwrap().is_empty());
 }
 
 #[test]

@@ -111,6 +111,10 @@ impl Backend for Spy {
         CpuBackend.simulate(world, settings, starts, on_step)
     }
 
+    fn overlaps(&self, world: &World, settings: &SimSettings, poses: &[Pose]) -> Result<Vec<f32>, BackendError> {
+        CpuBackend.overlaps(world, settings, poses)
+    }
+
     fn search<'a>(
         &'a self,
         world: &'a World,

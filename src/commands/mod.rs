@@ -11,7 +11,7 @@ mod shapes;
 mod simulate;
 
 use clap::{Parser, Subcommand};
-use rest3d_gpu::{optimize::OptimizeError, scene::SceneError, shape::ShapeError, world::BackendError};
+use rest3d_gpu::{optimize::OptimizeError, scene::SceneError, world::BackendError};
 use serde::Serialize;
 use std::fmt::{Arguments, Display};
 use std::io::{self, Write};
@@ -79,12 +79,6 @@ impl From<SceneError> for Failure {
     }
 }
 
-impl From<ShapeError> for Failure {
-    fn from(error: ShapeError) -> Self {
-        Self::Input(error.to_string())
-    }
-}
-
 impl From<BackendError> for Failure {
     fn from(error: BackendError) -> Self {
         Self::Other(error.to_string())
@@ -95,6 +89,7 @@ impl From<OptimizeError> for Failure {
     fn from(error: OptimizeError) -> Self {
         match error {
             OptimizeError::Config { .. } | OptimizeError::Checkpoint(_) => Self::Input(error.to_string()),
+            OptimizeError::Backend(BackendError::Capacity(message)) => Self::Input(message),
             OptimizeError::Backend(error) => error.into(),
         }
     }

@@ -4,7 +4,7 @@ use super::backend::BackendArgs;
 use super::progress::SearchProgress;
 use super::{Failure, config, interrupt, output, print_result, say, shapes};
 use rest3d_gpu::files::write_whole;
-use rest3d_gpu::optimize::{self, Checkpoint, Event, Observer, Outcome};
+use rest3d_gpu::optimize::{self, Checkpoint, Event, Observer, OptimizeError, Outcome};
 use rest3d_gpu::report::{Report, Run, energy_csv, part_files};
 use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::Shape;
@@ -56,9 +56,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         say(format_args!("warning: {warning}"));
     }
     let dir = args.output.clone().unwrap_or_else(|| Path::new("out").join(output::folder_name(&scene.name)));
-    output::refuse_to_overwrite(&scene, &dir.join("scene.json"))?;
-    output::check_writable(&dir)?;
     let checkpoint = dir.join("checkpoint.json");
+    let mut places = vec![checkpoint.clone(), dir.join("scene.json"), dir.join("report.json"), dir.join("energy.csv")];
+    output::check_places(&places, &dir.join("parts"))?;
+    places.push(dir.join("parts"));
+    output::refuse_to_overwrite(&scene, &places)?;
+    output::check_writable(&dir)?;
     let resume = if args.resume { read_checkpoint(&checkpoint)? } else { None };
     let clock = Instant::now();
     let shapes = shapes::make(&scene)?;
@@ -68,7 +71,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut watch = Watch { progress: SearchProgress::new(), stop: &stop, checkpoint: &checkpoint };
     let outcome = optimize::run(&scene, &shapes, backend.as_ref(), &config, args.seed, resume, &mut watch);
     watch.progress.finish();
-    let outcome = outcome?;
+    let outcome = outcome.map_err(|error| match error {
+        OptimizeError::Checkpoint(_) => Failure::Input(format!("{}: {error}", checkpoint.display())),
+        error => error.into(),
+    })?;
     for note in &outcome.notes {
         say(format_args!("note: {note}"));
     }
@@ -77,7 +83,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let described = Run { input: &input, backend: &processor, seed: args.seed, shape_seconds };
     let report = Report::new(described, &scene, &shapes, &config, &outcome);
     let files = files(&scene, &shapes, &outcome, &report, &dir)?;
+    let earlier = output::earlier_parts(&dir);
     output::write_all(&dir, &files)?;
+    output::remove_stale(&dir, &earlier, &files);
     print_result(args.json, &report, report.summary())?;
     if !outcome.finished {
         return Err(Failure::Other(format!(

@@ -2,6 +2,7 @@
 
 use super::Failure;
 use rest3d_gpu::scene::Scene;
+use serde_json::Value;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -13,14 +14,51 @@ pub fn check_writable(dir: &Path) -> Result<(), Failure> {
     })
 }
 
-/// The input is not ours to replace, and a resumed run needs it.
-pub fn refuse_to_overwrite(scene: &Scene, file: &Path) -> Result<(), Failure> {
-    match (scene.file.canonicalize(), file.canonicalize()) {
-        (Ok(input), Ok(output)) if input == output => Err(Failure::Input(format!(
-            "{}: the result would replace its input; choose another place with -o",
-            scene.file.display()
-        ))),
-        _ => Ok(()),
+/// Finds out before the long work whether the result's files have room: none of `files` may be a folder, `parts` must be.
+pub fn check_places(files: &[PathBuf], parts: &Path) -> Result<(), Failure> {
+    let refuse = |path: &Path, found: &str, wanted: &str| {
+        let path = path.display();
+        Err(Failure::Input(format!(
+            "{path}: it is a {found}, but the result needs a {wanted} there; remove it or choose another folder with -o"
+        )))
+    };
+    match files.iter().find(|file| file.is_dir()) {
+        Some(file) => refuse(file, "folder", "file"),
+        None if parts.exists() && !parts.is_dir() => refuse(parts, "file", "folder"),
+        None => Ok(()),
+    }
+}
+
+/// The input is not ours to replace, and a resumed run needs it. `outputs` are files, or folders that are written into.
+pub fn refuse_to_overwrite(scene: &Scene, outputs: &[PathBuf]) -> Result<(), Failure> {
+    let outputs: Vec<PathBuf> = outputs.iter().filter_map(|output| output.canonicalize().ok()).collect();
+    let of_objects = scene.objects.iter().flat_map(|object| object.convex_parts.iter().chain([&object.mesh]));
+    for input in of_objects.chain([&scene.file]) {
+        if input.canonicalize().is_ok_and(|input| outputs.iter().any(|output| input.starts_with(output))) {
+            return Err(Failure::Input(format!(
+                "{}: the result would replace this file of its input; choose another place with -o",
+                input.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The parts that an earlier run left in `dir`, as its own files tell: nothing else there is ours.
+pub fn earlier_parts(dir: &Path) -> Vec<PathBuf> {
+    let read = |name: &str| -> Option<Value> { serde_json::from_slice(&fs::read(dir.join(name)).ok()?).ok() };
+    let ours = read("report.json").is_some_and(|report| report["tool"] == env!("CARGO_PKG_NAME"));
+    let Some(scene) = read("scene.json").filter(|_| ours) else { return Vec::new() };
+    let lists =
+        scene["objects"].as_array().into_iter().flatten().filter_map(|object| object["convex_parts"].as_array());
+    let parts = lists.flatten().filter_map(|part| part.as_str()).map(PathBuf::from);
+    parts.filter(|part| part.parent() == Some(Path::new("parts"))).collect()
+}
+
+/// Removes the earlier parts that the new result does not have. One that stays does no harm.
+pub fn remove_stale(dir: &Path, earlier: &[PathBuf], files: &[(PathBuf, Vec<u8>)]) {
+    for part in earlier.iter().filter(|part| files.iter().all(|(name, _)| name != *part)) {
+        let _ = fs::remove_file(dir.join(part));
     }
 }
 

@@ -50,6 +50,7 @@ impl SearchProgress {
     /// Shows one event.
     pub fn show(&mut self, event: &Event<'_>) {
         match event {
+            Event::Seating => self.stage("setting objects onto their supports"),
             Event::Plan { groups, candidates, memory } => {
                 self.groups = (groups.iter().zip(*candidates))
                     .map(|(name, &candidates)| Group { name: name.clone(), candidates })

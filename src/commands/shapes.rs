@@ -27,7 +27,7 @@ pub fn make(scene: &Scene) -> Result<Vec<Shape>, Failure> {
             bar.set_message(format!("shapes {done}/{}: {name}", requests.len()));
         });
     bar.finish_and_clear();
-    let shapes = shapes?;
+    let shapes = shapes.map_err(|error| Failure::Input(format!("{}: {error}", scene.file.display())))?;
     for (i, shape) in shapes.iter().enumerate() {
         let [low, high] = shape.bounds;
         scene.check_size(i, (high - low).max_element().into())?;

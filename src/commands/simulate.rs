@@ -11,6 +11,7 @@ use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
+use std::slice;
 
 /// Simulate a scene as it stands and write all poses and velocities as JSON
 ///
@@ -23,7 +24,7 @@ pub struct Args {
     #[arg(long, value_name = "L", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
     steps: u32,
     /// Collision detections per step
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=256))]
     substeps: u32,
     /// File for the result [default: stdout]
     #[arg(short, long = "output", value_name = "FILE")]
@@ -43,7 +44,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         say(format_args!("warning: {warning}"));
     }
     if let Some(file) = &args.output {
-        output::refuse_to_overwrite(&scene, file)?;
+        output::check_places(slice::from_ref(file), output::parent(file))?;
+        output::refuse_to_overwrite(&scene, slice::from_ref(file))?;
         output::check_writable(output::parent(file))?;
     }
     let shapes = shapes::make(&scene)?;

@@ -82,6 +82,21 @@ impl Backend for CpuBackend {
     fn search_bytes(&self, world: &World, candidates: u32) -> u64 {
         search::bytes(world, candidates)
     }
+
+    fn free_bytes(&self) -> Option<u64> {
+        let mut system = sysinfo::System::new().ok()?;
+        system.refresh_memory();
+        let free = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
+        Some(system.available_memory().min(free)).filter(|bytes| *bytes > 0)
+    }
+
+    fn overlaps(&self, world: &World, settings: &SimSettings, poses: &[Pose]) -> Result<Vec<f32>, BackendError> {
+        let mut depths = vec![0.0; world.pairs.len()];
+        let mut workspace = Workspace::new(world);
+        workspace.start(poses);
+        workspace.measure_depths(world, &Separator::new(settings.narrow_phase, &world.hulls), &mut depths);
+        Ok(depths)
+    }
 }
 
 /// The rollout of a candidate by this backend's kernels.

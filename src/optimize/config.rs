@@ -4,6 +4,12 @@ use super::OptimizeError;
 use crate::world::{CemSettings, EnergyWeights, SimSettings};
 use serde::{Deserialize, Serialize};
 
+/// Most substeps of a step and iterations of a substep.
+const MAX_REPEATS: u32 = 256;
+
+/// Longest simulation of one layout, s.
+const MAX_SECONDS: f32 = 3600.0;
+
 /// One configuration file. Missing keys take the paper's values; unknown keys are errors.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -93,10 +99,11 @@ impl Config {
     /// `OptimizeError::Config` naming the first such key, its value and what it should be.
     pub fn validate(&self) -> Result<(), OptimizeError> {
         let sim = &self.simulation;
-        positive("simulation.dt", sim.dt)?;
-        at_least_one("simulation.steps", sim.steps)?;
-        at_least_one("simulation.substeps", sim.substeps)?;
-        at_least_one("simulation.position_iterations", sim.position_iterations)?;
+        within("simulation.dt", sim.dt, 1e-5, 1.0)?;
+        count("simulation.steps", sim.steps, 1, 1_000_000)?;
+        count("simulation.substeps", sim.substeps, 1, MAX_REPEATS)?;
+        count("simulation.position_iterations", sim.position_iterations, 1, MAX_REPEATS)?;
+        count("simulation.velocity_iterations", sim.velocity_iterations, 0, MAX_REPEATS)?;
         finite("simulation.gravity", sim.gravity)?;
         not_negative("simulation.contact_offset", sim.contact_offset)?;
         not_negative("simulation.rest_offset", sim.rest_offset)?;
@@ -105,7 +112,11 @@ impl Config {
         not_negative("simulation.angular_damping", sim.angular_damping)?;
         not_negative("simulation.friction", sim.friction)?;
         if sim.snapshot_step == 0 || sim.snapshot_step > sim.steps {
-            return refuse("simulation.snapshot_step", sim.snapshot_step, "a step from 1 to `simulation.steps`");
+            return refuse(
+                "simulation.snapshot_step",
+                sim.snapshot_step,
+                "a step from 1 to `simulation.steps` (15 where it is not given)",
+            );
         }
         let energy = &self.energy;
         not_negative("energy.stability", energy.stability)?;
@@ -116,11 +127,11 @@ impl Config {
         positive("energy.penetration_depth_unit", energy.penetration_depth_unit)?;
         validate_cem("local", &self.local)?;
         validate_cem("global", &self.global)?;
-        not_negative("settle.max_seconds", self.settle.max_seconds)?;
+        within("settle.max_seconds", self.settle.max_seconds, 0.0, MAX_SECONDS)?;
         not_negative("settle.rest_speed", self.settle.rest_speed)?;
         not_negative("settle.max_push_out", self.settle.max_push_out)?;
         not_negative("settle.damping", self.settle.damping)?;
-        positive("verify.seconds", self.verify.seconds)?;
+        within("verify.seconds", self.verify.seconds, sim.dt, MAX_SECONDS)?;
         not_negative("verify.max_drift", self.verify.max_drift)?;
         not_negative("verify.max_turn", self.verify.max_turn)
     }
@@ -128,9 +139,9 @@ impl Config {
 
 fn validate_cem(table: &str, cem: &CemSettings) -> Result<(), OptimizeError> {
     let key = |name: &str| format!("{table}.{name}");
-    at_least_one(&key("candidates"), cem.candidates)?;
-    at_least_one(&key("iterations"), cem.iterations)?;
-    at_least_one(&key("episodes"), cem.episodes)?;
+    count(&key("candidates"), cem.candidates, 1, 1 << 24)?;
+    count(&key("iterations"), cem.iterations, 1, 1_000_000)?;
+    count(&key("episodes"), cem.episodes, 1, 1000)?;
     if !(cem.elite_fraction > 0.0 && cem.elite_fraction <= 1.0) {
         return refuse(&key("elite_fraction"), cem.elite_fraction, "above 0 and at most 1");
     }
@@ -146,8 +157,12 @@ fn validate_cem(table: &str, cem: &CemSettings) -> Result<(), OptimizeError> {
     not_negative(&key("stop_energy"), cem.stop_energy)
 }
 
-fn at_least_one(key: &str, value: u32) -> Result<(), OptimizeError> {
-    if value == 0 { refuse(key, value, "at least 1") } else { Ok(()) }
+fn count(key: &str, value: u32, least: u32, most: u32) -> Result<(), OptimizeError> {
+    if (least..=most).contains(&value) { Ok(()) } else { refuse(key, value, format!("from {least} to {most}")) }
+}
+
+fn within(key: &str, value: f32, least: f32, most: f32) -> Result<(), OptimizeError> {
+    if (least..=most).contains(&value) { Ok(()) } else { refuse(key, value, format!("from {least} to {most}")) }
 }
 
 fn positive(key: &str, value: f32) -> Result<(), OptimizeError> {
@@ -162,6 +177,6 @@ fn finite(key: &str, value: f32) -> Result<(), OptimizeError> {
     if value.is_finite() { Ok(()) } else { refuse(key, value, "a finite number") }
 }
 
-fn refuse(key: &str, value: impl ToString, wanted: &'static str) -> Result<(), OptimizeError> {
-    Err(OptimizeError::Config { key: key.into(), value: value.to_string(), wanted })
+fn refuse(key: &str, value: impl ToString, wanted: impl Into<String>) -> Result<(), OptimizeError> {
+    Err(OptimizeError::Config { key: key.into(), value: value.to_string(), wanted: wanted.into() })
 }

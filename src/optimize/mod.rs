@@ -34,7 +34,7 @@ pub enum OptimizeError {
         /// What stands there.
         value: String,
         /// What may stand there.
-        wanted: &'static str,
+        wanted: String,
     },
     /// The checkpoint cannot be used; the message says why and what to do.
     #[error("checkpoint: {0}")]

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 /// Told to the observer during a run.
 #[derive(Clone, Debug)]
 pub enum Event<'a> {
+    /// The objects are set onto their supports.
+    Seating,
     /// The run's shape, before the first group.
     Plan {
         /// Names of the groups in the order in which they are searched; the last is the global stage.
@@ -85,6 +87,8 @@ pub struct ObjectOutcome {
     pub fallen: bool,
     /// True if its declared support no longer bears it at the end.
     pub lost_support: bool,
+    /// Deepest overlap of its parts with another object's in the result, m.
+    pub overlap: f64,
     /// Distance moved during the check, m.
     pub drift: f64,
     /// Angle turned during the check, rad.

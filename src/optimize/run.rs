@@ -41,6 +41,7 @@ pub fn run(
     let input: Vec<scene::Pose> = scene.objects.iter().map(|object| object.pose).collect();
     let mut seated = input.clone();
     if config.seat {
+        observer.event(Event::Seating);
         let simulation = &config.fine();
         Seat { scene, rigs: &rigs, backend, simulation, settings: &config.settle }.run(&mut seated)?;
     }
@@ -51,7 +52,7 @@ pub fn run(
         state = checkpoint;
     }
     let run = Run { scene, rigs, input, seated, groups: groups::plan(scene), backend, config, seed };
-    let mut finished = run.announce(observer) == Flow::Continue;
+    let mut finished = run.announce(observer)? == Flow::Continue;
     while finished && state.completed < run.groups.len() {
         finished = run.search(&mut state, observer)? == Flow::Continue;
     }
@@ -80,23 +81,31 @@ impl Run<'_> {
         }
     }
 
-    fn announce(&self, observer: &mut dyn Observer) -> Flow {
+    /// Tells the plan, and refuses what does not fit into memory.
+    fn announce(&self, observer: &mut dyn Observer) -> Result<Flow, BackendError> {
         let names: Vec<String> = self.groups.iter().map(|group| group.name.clone()).collect();
         let candidates: Vec<u64> = (self.groups.iter().map(|group| self.settings(group).cem))
             .map(|cem| u64::from(cem.candidates) * u64::from(cem.iterations) * u64::from(cem.episodes))
             .collect();
-        let memory = self.groups.last().map_or("nothing to search".into(), |global| {
+        let mut memory = String::from("nothing to search");
+        if let Some(global) = self.groups.last() {
             let world = global.world(&self.rigs, &self.seated, &self.seated);
             let candidates = self.config.global.candidates.max(self.config.local.candidates);
             let bytes = self.backend.search_bytes(&world, candidates);
-            format!(
+            memory = format!(
                 "{} bodies of {} hulls, {candidates} candidates: about {} MB",
                 world.bodies.len(),
                 world.hulls.hulls.len(),
                 bytes.div_ceil(1_000_000)
-            )
-        });
-        observer.event(Event::Plan { groups: &names, candidates: &candidates, memory: &memory })
+            );
+            if let Some(free) = self.backend.free_bytes().filter(|free| bytes > *free) {
+                return Err(BackendError::Capacity(format!(
+                    "memory: {memory}, but {} MB are free; take fewer candidates or objects",
+                    free / 1_000_000
+                )));
+            }
+        }
+        Ok(observer.event(Event::Plan { groups: &names, candidates: &candidates, memory: &memory }))
     }
 
     /// Searches the next group and adopts its winner. `Flow::Stop` if the observer ended it before its time; what was
@@ -176,6 +185,7 @@ impl Run<'_> {
         let mut timings = timings(&self.groups, &state.groups);
         let (mut settled_after, mut at_rest) = (0.0, true);
         let mut verified = None;
+        let mut overlaps = vec![0.0; layout.len()];
         if let Some(global) = self.groups.last() {
             let world = global.world(&self.rigs, &layout, &self.seated);
             let clock = Instant::now();
@@ -189,6 +199,12 @@ impl Run<'_> {
             let (simulation, starts) = (self.config.fine(), self.starts(global, &layout));
             verified = verify(self.backend, &world, &simulation, &self.config.verify, &starts)?;
             timings.verify = clock.elapsed().as_secs_f64();
+            let depths = self.backend.overlaps(&world, &simulation, &starts)?;
+            for (pair, &depth) in world.pairs.iter().zip(&depths) {
+                for object in pair.map(|body| global.objects[body as usize]) {
+                    overlaps[object] = depth.max(overlaps[object]);
+                }
+            }
             if verified.is_none() {
                 state.notes.push("the check could not be simulated: nothing is known to be stable".into());
             }
@@ -196,7 +212,7 @@ impl Run<'_> {
             state.notes.push("nothing in the scene is movable: it stays as it is".into());
         }
         Ok(Outcome {
-            objects: self.assess(&layout, verified.as_ref()),
+            objects: self.assess(&layout, verified.as_ref(), &overlaps),
             groups: state.groups,
             iterations: state.iterations,
             finished,
@@ -231,7 +247,8 @@ impl Run<'_> {
         }
     }
 
-    fn assess(&self, layout: &[scene::Pose], verified: Option<&Verified>) -> Vec<ObjectOutcome> {
+    /// What became of every object. `overlaps`: deepest overlap with another, m.
+    fn assess(&self, layout: &[scene::Pose], verified: Option<&Verified>, overlaps: &[f32]) -> Vec<ObjectOutcome> {
         let mut bodies: Vec<Pose> = self.rigs.iter().zip(layout).map(|(rig, pose)| rig.body(pose)).collect();
         let mut motions = vec![None; layout.len()];
         if let (Some(verified), Some(global)) = (verified, self.groups.last()) {
@@ -257,6 +274,7 @@ impl Run<'_> {
                     turned,
                     fallen: turned.max(turned_at_end) > FALLEN,
                     lost_support: lost[i],
+                    overlap: overlaps[i].into(),
                     drift,
                     drift_turn: turn,
                     peak_speed,

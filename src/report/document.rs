@@ -4,7 +4,7 @@ use super::Summary;
 use crate::optimize::{Config, GroupRecord, IterationRecord, ObjectOutcome, Outcome};
 use crate::scene::Scene;
 use crate::shape::{Quality, Shape};
-use crate::world::{Energy, IterationStats, Status};
+use crate::world::{Energy, Status};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -53,29 +53,30 @@ struct Object<'a> {
     stable: bool,
     fallen: bool,
     lost_support: bool,
-    /// What the check measured from the result on.
     check: Check,
-    /// The object's share of the energy of the result.
-    terms: Terms,
     mass: f32,
     shape: &'a Quality,
     notes: &'a [String],
 }
 
+/// What the check measured from the result on.
 #[derive(Debug, Serialize)]
 struct Check {
     drift: f64,
     turn: f64,
     peak_speed: f64,
     peak_spin: f64,
+    /// The object's share of the energy, measured over the check instead of a candidate's simulation.
+    terms: Terms,
 }
 
-/// Unweighted terms of the energy, measured over the check instead of a candidate's simulation.
-/// Penetration belongs to pairs of objects and stands with the groups.
+/// Unweighted: stability in m + rad, velocity in m/s, penetration (the deepest overlap with another object) in m,
+/// layout in λ_pos m + rad.
 #[derive(Debug, Serialize)]
 struct Terms {
     stability: f64,
     velocity: f64,
+    penetration: f64,
     layout: f64,
 }
 
@@ -93,8 +94,11 @@ struct Group<'a> {
 #[derive(Debug, Serialize)]
 struct Iteration<'a> {
     group: usize,
-    #[serde(flatten)]
-    stats: &'a IterationStats,
+    iteration: u32,
+    best: &'a Energy,
+    iteration_best: f32,
+    elite_mean: f32,
+    status: BTreeMap<&'static str, u64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -130,7 +134,14 @@ impl<'a> Report<'a> {
             objects,
             groups: outcome.groups.iter().map(group).collect(),
             iterations: (outcome.iterations.iter())
-                .map(|IterationRecord { group, stats }| Iteration { group: *group, stats })
+                .map(|IterationRecord { group, stats }| Iteration {
+                    group: *group,
+                    iteration: stats.iteration,
+                    best: &stats.best,
+                    iteration_best: stats.iteration_best,
+                    elite_mean: stats.elite_mean,
+                    status: named(&stats.flagged.map(u64::from)),
+                })
                 .collect(),
             status: named(&flagged),
             settled_after: outcome.settled_after,
@@ -166,11 +177,12 @@ fn object<'a>(name: &'a str, shape: &'a Shape, config: &Config, outcome: &Object
             turn: outcome.drift_turn,
             peak_speed: outcome.peak_speed,
             peak_spin: outcome.peak_spin,
-        },
-        terms: Terms {
-            stability: outcome.drift + outcome.drift_turn,
-            velocity: outcome.peak_speed,
-            layout: f64::from(config.energy.position) * outcome.moved + outcome.turned,
+            terms: Terms {
+                stability: outcome.drift + outcome.drift_turn,
+                velocity: outcome.peak_speed,
+                penetration: outcome.overlap,
+                layout: f64::from(config.energy.position) * outcome.moved + outcome.turned,
+            },
         },
         mass: shape.mass.mass,
         shape: &shape.quality,

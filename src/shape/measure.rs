@@ -149,7 +149,8 @@ fn tail(values: &mut [f32]) -> (f32, f32) {
     values.sort_by(f32::total_cmp);
     let last = values.len().saturating_sub(1);
     match values.last() {
-        Some(&max) => (values[(last as f32 * 0.95).round() as usize], max),
+        // Adding zero turns −0 into 0.
+        Some(&max) => (values[(last as f32 * 0.95).round() as usize] + 0.0, max + 0.0),
         None => (0.0, 0.0),
     }
 }

@@ -38,6 +38,14 @@ pub trait Backend: Send + Sync {
         u64::from(candidates) * world.slot_bytes()
     }
 
+    /// Bytes that a search may hold; none if that is not known.
+    fn free_bytes(&self) -> Option<u64> {
+        None
+    }
+
+    /// Deepest overlap of every pair of `World::pairs` with one body a pose, m.
+    fn overlaps(&self, world: &World, settings: &SimSettings, poses: &[Pose]) -> Result<Vec<f32>, BackendError>;
+
     /// Prepares a search over the world's units; nothing is allocated in its loop.
     fn search<'a>(
         &'a self,
