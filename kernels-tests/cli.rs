@@ -544,6 +544,44 @@ fn simulate_writes_all_states_in_the_frame_of_the_file() {
 }
 
 #[test]
+fn a_candidate_of_a_finished_run_is_replayed() {
+    let case = Case::new(&table());
+    let report = case.report(&TINY);
+    let winner = &report["groups"][0]["winner"];
+    let replay = |candidate: &str| {
+        let mut command = case.command("simulate");
+        command.args(["--replay", candidate]).arg("--run").arg(case.path("out"));
+        command
+    };
+    let winner = format!("0,{},{}", winner[0], winner[1]);
+    let output = replay(&winner).output().unwrap();
+    let messages = text(&output.stderr);
+    assert!(output.status.success() && !messages.contains("otherwise"), "{messages}");
+    let states: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let table = states["objects"][0]["poses"].as_array().unwrap();
+    assert_eq!(table.len(), 61);
+    assert!(table.iter().all(|pose| pose == &table[0]), "the table is held while its boxes are searched");
+    assert_ne!(states["objects"][1]["poses"][0], states["objects"][1]["poses"][60]);
+    assert_eq!(replay(&winner).args(["--steps", "3"]).output().unwrap().status.code(), Some(0));
+    for (candidate, words) in [
+        ("9,0,0", &["stage 9"][..]),
+        ("0,99,0", &["iteration 99"]),
+        ("0,0,16", &["candidate 16", "16"]),
+        ("0,0", &["three numbers"]),
+        ("0,0,x", &["three numbers"]),
+    ] {
+        refuses(&case, &mut replay(candidate), words);
+    }
+    refuses(&case, case.command("simulate").args(["--replay", "0,0,0"]), &["--run"]);
+    let mut elsewhere = case.command("simulate");
+    refuses(
+        &case,
+        elsewhere.args(["--replay", "0,0,0", "--run"]).arg(case.path("nowhere")),
+        &["report.json", "optimize"],
+    );
+}
+
+#[test]
 fn help_lists_only_what_exists() {
     let help = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu")).arg("--help").output().unwrap();
     let help = text(&help.stdout);

@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 use rest3d_gpu::cpu::{CpuBackend, CpuSearch, Simulator};
-use rest3d_gpu::optimize::{Checkpoint, Config, Event, Observer, Outcome, run};
+use rest3d_gpu::optimize::{Candidate, Checkpoint, Config, Event, Observer, OptimizeError, Outcome, Rig, replay, run};
 use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::{Shape, ShapeRequest, ShapeSettings, build_shapes};
 use rest3d_gpu::world::{
@@ -90,6 +90,35 @@ fn a_table_with_dishes_stands_and_the_seed_decides_every_bit() {
     let checkpoint = Checkpoint::from_json(&keep.0[3]).unwrap();
     let resumed = run(&scene, &shapes, &CpuBackend, &config(6), 1, Some(checkpoint), &mut Keep::default()).unwrap();
     assert_eq!(bits(&first), bits(&resumed));
+}
+
+#[test]
+fn a_replayed_winner_ends_where_the_run_left_it() {
+    let Some((scene, shapes)) = bench12() else { return };
+    let mut config = config(6);
+    config.settle.max_seconds = 0.0;
+    let outcome = run(&scene, &shapes, &CpuBackend, &config, 1, None, &mut Keep::default()).unwrap();
+    let stage = outcome.groups.len() - 1;
+    let (iteration, index) = outcome.groups[stage].winner.unwrap();
+    let again = |candidate| replay(&scene, &shapes, &CpuBackend, &config, 1, candidate, &mut Keep::default());
+    let found = again(Candidate { stage, iteration, index }).unwrap();
+    let mut ends = found.placed.clone();
+    CpuBackend
+        .simulate(&found.world, &found.simulation, &found.placed, &mut |_, poses, _| {
+            ends.copy_from_slice(poses);
+            Flow::Continue
+        })
+        .unwrap();
+    for (&object, end) in found.objects.iter().zip(&ends) {
+        assert_eq!(Rig::new(&shapes[object]).object(end), outcome.objects[object].pose, "object {object}");
+    }
+    for candidate in [
+        Candidate { stage: stage + 1, iteration, index },
+        Candidate { stage, iteration: 99, index },
+        Candidate { stage, iteration, index: 6 },
+    ] {
+        assert!(matches!(again(candidate), Err(OptimizeError::Candidate(_))), "{candidate:?}");
+    }
 }
 
 /// The CPU backend, remembering the worlds that it searches.

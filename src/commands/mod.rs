@@ -7,6 +7,7 @@ mod interrupt;
 mod optimize;
 mod output;
 mod progress;
+mod replay;
 mod shapes;
 mod simulate;
 
@@ -88,7 +89,9 @@ impl From<BackendError> for Failure {
 impl From<OptimizeError> for Failure {
     fn from(error: OptimizeError) -> Self {
         match error {
-            OptimizeError::Config { .. } | OptimizeError::Checkpoint(_) => Self::Input(error.to_string()),
+            OptimizeError::Config { .. } | OptimizeError::Checkpoint(_) | OptimizeError::Candidate(_) => {
+                Self::Input(error.to_string())
+            }
             OptimizeError::Backend(BackendError::Capacity(message)) => Self::Input(message),
             OptimizeError::Backend(error) => error.into(),
         }

@@ -1,12 +1,12 @@
 //! `simulate`: one forward simulation of a scene as it stands.
 
 use super::backend::BackendArgs;
-use super::{Failure, output, print_result, say, shapes};
+use super::{Failure, output, print_result, replay, say, shapes};
 use rest3d_gpu::files::write_whole_with;
-use rest3d_gpu::optimize::Rig;
+use rest3d_gpu::optimize::{Candidate, Rig};
 use rest3d_gpu::report::Trajectory;
 use rest3d_gpu::scene::Scene;
-use rest3d_gpu::world::{Flow, Pose, STATIC, SimSettings, Status, World};
+use rest3d_gpu::world::{Flow, Pose, STATIC, SimSettings, Status, Velocity, World};
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufWriter, Write};
@@ -20,12 +20,18 @@ use std::slice;
 pub struct Args {
     /// A scene.json, a folder that holds one, or a REST3D stage2 folder
     scene: PathBuf,
-    /// Steps of 1/60 s
-    #[arg(long, value_name = "L", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
-    steps: u32,
-    /// Collision detections per step
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=256))]
-    substeps: u32,
+    /// Steps of 1/60 s [default: 60, or as the replayed run]
+    #[arg(long, value_name = "L", value_parser = clap::value_parser!(u32).range(1..))]
+    steps: Option<u32>,
+    /// Collision detections per step [default: 2, or as the replayed run]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    substeps: Option<u32>,
+    /// Simulate a candidate of a finished run instead: its stage, iteration and index, counted from 0
+    #[arg(long, value_name = "STAGE,ITERATION,INDEX", requires = "run", value_parser = parse_candidate)]
+    replay: Option<Candidate>,
+    /// The folder that `optimize SCENE` left: its report tells seed and configuration
+    #[arg(long, value_name = "DIR", requires = "replay")]
+    run: Option<PathBuf>,
     /// File for the result [default: stdout]
     #[arg(short, long = "output", value_name = "FILE")]
     output: Option<PathBuf>,
@@ -39,7 +45,7 @@ pub struct Args {
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let backend = args.backend.open()?;
-    let scene = Scene::read(&args.scene)?;
+    let mut scene = Scene::read(&args.scene)?;
     for warning in &scene.warnings {
         say(format_args!("warning: {warning}"));
     }
@@ -50,14 +56,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let shapes = shapes::make(&scene)?;
     let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
-    let settings = SimSettings { steps: args.steps, substeps: args.substeps, ..SimSettings::default() };
-    let too_long = || Failure::Input(format!("--steps {}: the states do not fit into memory; take fewer", args.steps));
-    let mut trajectory = Trajectory::new(&scene, &rigs, settings.dt.into(), args.steps).ok_or_else(too_long)?;
-
-    let start = trajectory.start();
-    let world = world(&scene, &rigs, &start);
-    let status = backend.simulate(&world, &settings, &start, &mut |_, poses, velocities| {
-        trajectory.push(poses, velocities);
+    let motion = match (&args.replay, &args.run) {
+        (Some(candidate), Some(dir)) => replay::motion(&mut scene, &shapes, &rigs, backend.as_ref(), *candidate, dir)?,
+        _ => Motion::of_scene(&scene, &rigs),
+    };
+    let steps = args.steps.unwrap_or(motion.settings.steps);
+    let substeps = args.substeps.unwrap_or(motion.settings.substeps);
+    let settings = SimSettings { steps, substeps, ..motion.settings };
+    let too_long = || Failure::Input(format!("--steps {steps}: the states do not fit into memory; take fewer"));
+    let mut trajectory = Trajectory::new(&scene, &rigs, settings.dt.into(), steps).ok_or_else(too_long)?;
+    let (mut poses, mut velocities) = (trajectory.start(), vec![Velocity::default(); rigs.len()]);
+    let status = backend.simulate(&motion.world, &settings, &motion.placed, &mut |_, now, speeds| {
+        for ((&object, pose), speed) in motion.objects.iter().zip(now).zip(speeds) {
+            poses[object] = pose.raised(-motion.lift);
+            velocities[object] = *speed;
+        }
+        trajectory.push(&poses, &velocities);
         Flow::Continue
     })?;
     report_status(&status)?;
@@ -74,28 +88,55 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .map_err(|error| Failure::writing(file, error))?;
     let summary = Summary {
         objects: scene.objects.len(),
-        simulated: world.units.len(),
-        steps: args.steps,
+        simulated: motion.world.bodies.iter().filter(|body| !body.is_static()).count(),
+        steps,
         dt: settings.dt.into(),
         max_moved: trajectory.distances().into_iter().fold(0.0, f64::max),
     };
     print_result(args.json, &summary, &summary)
 }
 
-/// Every movable object is a unit of its own.
-fn world(scene: &Scene, rigs: &[Rig], start: &[Pose]) -> World {
-    let mut roots = Vec::new();
-    let mut defs = Vec::with_capacity(rigs.len());
-    for (i, (rig, &pose)) in rigs.iter().zip(start).enumerate() {
-        let unit = if scene.is_static(i) {
-            STATIC
-        } else {
-            roots.push(i as u32);
-            roots.len() as u32 - 1
-        };
-        defs.push(rig.def(unit, pose, pose));
+/// What is simulated: some of the scene's objects, from where.
+pub struct Motion {
+    pub world: World,
+    /// Object of each body.
+    pub objects: Vec<usize>,
+    /// Pose of every body at the start.
+    pub placed: Vec<Pose>,
+    /// How far the bodies are above the objects that they stand for, m.
+    pub lift: f32,
+    pub settings: SimSettings,
+}
+
+impl Motion {
+    /// The scene as it stands; every movable object is a unit of its own.
+    fn of_scene(scene: &Scene, rigs: &[Rig]) -> Self {
+        let placed: Vec<Pose> = rigs.iter().zip(&scene.objects).map(|(rig, object)| rig.body(&object.pose)).collect();
+        let mut roots = Vec::new();
+        let mut defs = Vec::with_capacity(rigs.len());
+        for (i, (rig, &pose)) in rigs.iter().zip(&placed).enumerate() {
+            let unit = if scene.is_static(i) {
+                STATIC
+            } else {
+                roots.push(i as u32);
+                roots.len() as u32 - 1
+            };
+            defs.push(rig.def(unit, pose, pose));
+        }
+        let world = World::new(&defs, &roots);
+        Self { world, objects: (0..rigs.len()).collect(), placed, lift: 0.0, settings: SimSettings::default() }
     }
-    World::new(&defs, &roots)
+}
+
+/// `2,14,93`.
+fn parse_candidate(text: &str) -> Result<Candidate, String> {
+    let numbers: Vec<u32> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
+    match numbers[..] {
+        [stage, iteration, index] if text.split(',').count() == 3 => {
+            Ok(Candidate { stage: stage as usize, iteration, index })
+        }
+        _ => Err("three numbers are needed, such as 2,14,93; `groups` in report.json names each stage's winner".into()),
+    }
 }
 
 /// A result with holes is none; a narrow phase that gave up somewhere is worth a line.

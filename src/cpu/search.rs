@@ -227,6 +227,13 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
         self.distribution.clone_from(distribution);
     }
 
+    fn placed(&self, candidate: u32) -> Vec<Pose> {
+        let width = self.world.dimensions();
+        let mut placed = self.world.start.clone();
+        place(self.world, &self.deltas[candidate as usize * width..][..width], &mut placed);
+        placed
+    }
+
     fn best(&mut self) -> Option<Best> {
         let Winner { energy, iteration, candidate } = self.winner?;
         let delta = self.deltas[self.energies.len() * self.world.dimensions()..].to_vec();

@@ -25,7 +25,7 @@ pub(super) fn search(
     world: &World,
     settings: &SearchSettings,
     stream: Stream,
-    on_iteration: &mut dyn FnMut(&IterationStats) -> Flow,
+    on_iteration: &mut dyn FnMut(&IterationStats, &dyn Search) -> Flow,
 ) -> Result<Searched, BackendError> {
     let cem = &settings.cem;
     let mut search = backend.search(world, settings, stream)?;
@@ -42,7 +42,7 @@ pub(super) fn search(
             for (sum, count) in flagged.iter_mut().zip(stats.flagged) {
                 *sum += u64::from(count);
             }
-            stopped = on_iteration(&stats) == Flow::Stop;
+            stopped = on_iteration(&stats, search.as_ref()) == Flow::Stop;
             if stopped || stats.best.total < cem.stop_energy {
                 break 'episodes;
             }

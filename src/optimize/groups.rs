@@ -7,7 +7,7 @@
 
 use super::rig::Rig;
 use crate::scene::{self, Parent, Scene};
-use crate::world::{Pose, STATIC, World};
+use crate::world::{STATIC, World};
 
 /// Objects that are simulated together.
 #[derive(Clone, Debug)]
@@ -62,19 +62,12 @@ impl Group {
     /// The tables: starts from `layout`; the layout term compares with `reference`.
     pub fn world(&self, rigs: &[Rig], layout: &[scene::Pose], reference: &[scene::Pose]) -> World {
         let lift = self.lift(rigs, layout);
-        let raised = |object: usize, pose: &scene::Pose| raise(&rigs[object].body(pose), lift);
+        let raised = |object: usize, pose: &scene::Pose| rigs[object].body(pose).raised(lift);
         let defs: Vec<_> = (self.objects.iter().zip(&self.units))
             .map(|(&i, &unit)| rigs[i].def(unit, raised(i, &layout[i]), raised(i, &reference[i])))
             .collect();
         World::new(&defs, &self.roots)
     }
-}
-
-/// The pose `height` metres further up.
-pub(super) fn raise(pose: &Pose, height: f32) -> Pose {
-    let mut raised = *pose;
-    raised.translation.y += height;
-    raised
 }
 
 /// All groups in the order in which they are searched; none if nothing is movable.

@@ -7,6 +7,7 @@ mod checkpoint;
 mod config;
 mod groups;
 mod outcome;
+mod replay;
 mod rig;
 mod run;
 mod seat;
@@ -17,6 +18,7 @@ mod verify;
 pub use checkpoint::Checkpoint;
 pub use config::{Config, ResultFrom, SettleSettings, VerifySettings};
 pub use outcome::{Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, Outcome, Timings};
+pub use replay::{Candidate, Replay, replay};
 pub use rig::Rig;
 pub use run::run;
 
@@ -39,6 +41,9 @@ pub enum OptimizeError {
     /// The checkpoint cannot be used; the message says why and what to do.
     #[error("checkpoint: {0}")]
     Checkpoint(String),
+    /// The run has no such candidate.
+    #[error("{0}")]
+    Candidate(String),
     /// The simulator could not go on.
     #[error(transparent)]
     Backend(#[from] BackendError),

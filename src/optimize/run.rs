@@ -4,7 +4,7 @@ use super::{
     Checkpoint, Config, Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings,
     cem,
     config::ResultFrom,
-    groups::{self, Group, raise},
+    groups::{self, Group},
     rig::Rig,
     seat::Seat,
     settle::settle,
@@ -36,22 +36,13 @@ pub fn run(
     resume: Option<Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, OptimizeError> {
-    config.validate()?;
-    let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
-    let input: Vec<scene::Pose> = scene.objects.iter().map(|object| object.pose).collect();
-    let mut seated = input.clone();
-    if config.seat {
-        observer.event(Event::Seating);
-        let simulation = &config.fine();
-        Seat { scene, rigs: &rigs, backend, simulation, settings: &config.settle }.run(&mut seated)?;
-    }
+    let run = Run::new(scene, shapes, backend, config, seed, observer)?;
     let mut state = Checkpoint::start(scene, shapes, config, seed);
-    state.set_layout(&seated);
+    state.set_layout(&run.seated);
     if let Some(checkpoint) = resume {
         checkpoint.check(&state)?;
         state = checkpoint;
     }
-    let run = Run { scene, rigs, input, seated, groups: groups::plan(scene), backend, config, seed };
     let mut finished = run.announce(observer)? == Flow::Continue;
     while finished && state.completed < run.groups.len() {
         finished = run.search(&mut state, observer)? == Flow::Continue;
@@ -59,20 +50,42 @@ pub fn run(
     run.finish(state, finished, observer)
 }
 
-struct Run<'a> {
+/// What stays the same over all groups.
+pub(super) struct Run<'a> {
     scene: &'a Scene,
-    rigs: Vec<Rig>,
+    pub rigs: Vec<Rig>,
     input: Vec<scene::Pose>,
     /// What the layout term compares with: the input at the heights of its supports.
-    seated: Vec<scene::Pose>,
-    groups: Vec<Group>,
-    backend: &'a dyn Backend,
+    pub seated: Vec<scene::Pose>,
+    pub groups: Vec<Group>,
+    pub backend: &'a dyn Backend,
     config: &'a Config,
-    seed: u64,
+    pub seed: u64,
 }
 
-impl Run<'_> {
-    fn settings(&self, group: &Group) -> SearchSettings {
+impl<'a> Run<'a> {
+    /// Plans the groups and sets the objects onto their supports.
+    pub fn new(
+        scene: &'a Scene,
+        shapes: &[Shape],
+        backend: &'a dyn Backend,
+        config: &'a Config,
+        seed: u64,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, OptimizeError> {
+        config.validate()?;
+        let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
+        let input: Vec<scene::Pose> = scene.objects.iter().map(|object| object.pose).collect();
+        let mut seated = input.clone();
+        if config.seat {
+            observer.event(Event::Seating);
+            let simulation = &config.fine();
+            Seat { scene, rigs: &rigs, backend, simulation, settings: &config.settle }.run(&mut seated)?;
+        }
+        Ok(Self { scene, rigs, input, seated, groups: groups::plan(scene), backend, config, seed })
+    }
+
+    pub fn settings(&self, group: &Group) -> SearchSettings {
         let cem = if group.held.is_some() { &self.config.local } else { &self.config.global };
         SearchSettings {
             simulation: self.config.simulation.clone(),
@@ -82,7 +95,7 @@ impl Run<'_> {
     }
 
     /// Tells the plan, and refuses what does not fit into memory.
-    fn announce(&self, observer: &mut dyn Observer) -> Result<Flow, BackendError> {
+    pub fn announce(&self, observer: &mut dyn Observer) -> Result<Flow, BackendError> {
         let names: Vec<String> = self.groups.iter().map(|group| group.name.clone()).collect();
         let candidates: Vec<u64> = (self.groups.iter().map(|group| self.settings(group).cem))
             .map(|cem| u64::from(cem.candidates) * u64::from(cem.iterations) * u64::from(cem.episodes))
@@ -110,7 +123,7 @@ impl Run<'_> {
 
     /// Searches the next group and adopts its winner. `Flow::Stop` if the observer ended it before its time; what was
     /// found so far is adopted, but the group does not count as done.
-    fn search(&self, state: &mut Checkpoint, observer: &mut dyn Observer) -> Result<Flow, OptimizeError> {
+    pub fn search(&self, state: &mut Checkpoint, observer: &mut dyn Observer) -> Result<Flow, OptimizeError> {
         let clock = Instant::now();
         let index = state.completed;
         let group = &self.groups[index];
@@ -120,14 +133,14 @@ impl Run<'_> {
         let world = group.world(&self.rigs, &layout, &self.seated);
         let stream = Stream { seed: self.seed, stage: index as u32 };
         let iterations = settings.cem.iterations * settings.cem.episodes;
-        let searched = cem::search(self.backend, &world, &settings, stream, &mut |stats| {
+        let searched = cem::search(self.backend, &world, &settings, stream, &mut |stats, _| {
             state.iterations.push(IterationRecord { group: index, stats: stats.clone() });
             observer.event(Event::Iteration { group: index, iterations, stats })
         })?;
         match &searched.best {
             Some(best) => {
-                let ends: Vec<Pose> = self.result(group, best).iter().map(|pose| raise(pose, -lift)).collect();
-                let starts: Vec<Pose> = world.start.iter().map(|pose| raise(pose, -lift)).collect();
+                let ends: Vec<Pose> = self.result(group, best).iter().map(|pose| pose.raised(-lift)).collect();
+                let starts: Vec<Pose> = world.start.iter().map(|pose| pose.raised(-lift)).collect();
                 self.adopt(group, &starts, &ends, &mut layout);
                 state.set_layout(&layout);
             }

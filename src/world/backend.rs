@@ -157,6 +157,8 @@ pub trait Search {
     fn distribution(&self) -> Distribution;
     /// Replaces it (start of an episode, resumed run).
     fn set_distribution(&mut self, distribution: &Distribution);
+    /// Poses at placement of a candidate of the last iteration.
+    fn placed(&self, candidate: u32) -> Vec<Pose>;
     /// The best candidate so far; none before the first usable one.
     fn best(&mut self) -> Option<Best>;
 }

@@ -23,6 +23,12 @@ impl Pose {
         Self { rotation, translation, pad: 0.0 }
     }
 
+    /// The pose `height` metres further up.
+    #[must_use]
+    pub fn raised(&self, height: f32) -> Self {
+        Self { translation: self.translation + Vec3::Y * height, ..*self }
+    }
+
     /// Local point to world point.
     #[inline]
     pub fn point(&self, local: Vec3) -> Vec3 {

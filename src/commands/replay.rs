@@ -1,0 +1,91 @@
+//! `simulate --replay`: a candidate of a finished run, found again from the run's seed.
+
+use super::progress::SearchProgress;
+use super::simulate::Motion;
+use super::{Failure, interrupt, say};
+use rest3d_gpu::optimize::{self, Candidate, Config, Event, Observer, Rig};
+use rest3d_gpu::scene::Scene;
+use rest3d_gpu::shape::Shape;
+use rest3d_gpu::world::{Backend, Flow, IterationStats};
+use serde::Deserialize;
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What is read of report.json.
+#[derive(Deserialize)]
+struct Report {
+    seed: u64,
+    config: Config,
+    iterations: Vec<Iteration>,
+}
+
+#[derive(Deserialize)]
+struct Iteration {
+    group: usize,
+    iteration: u32,
+    iteration_best: Option<f32>,
+}
+
+/// Finds the candidate; the objects of `scene` are put where they were when it was placed.
+pub fn motion(
+    scene: &mut Scene,
+    shapes: &[Shape],
+    rigs: &[Rig],
+    backend: &dyn Backend,
+    candidate: Candidate,
+    dir: &Path,
+) -> Result<Motion, Failure> {
+    let file = dir.join("report.json");
+    let refuse = |problem: String| {
+        let file = file.display();
+        Failure::Input(format!("{file}: {problem}; --run takes the folder that `optimize` left"))
+    };
+    let text = fs::read_to_string(&file).map_err(|error| refuse(format!("cannot be read: {error}")))?;
+    let report: Report = serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
+
+    let stop = interrupt::watch()?;
+    let mut watch = Watch { progress: SearchProgress::new(), stop: &stop };
+    let found = optimize::replay(scene, shapes, backend, &report.config, report.seed, candidate, &mut watch);
+    watch.progress.finish();
+    let found = found?;
+    if !same(&report.iterations, candidate, &found.stats) {
+        say(format_args!(
+            "warning: {}: this iteration went otherwise there: another scene, machine, backend or version",
+            file.display()
+        ));
+    }
+    for (object, pose) in scene.objects.iter_mut().zip(&found.layout) {
+        object.pose = *pose;
+    }
+    for (&object, pose) in found.objects.iter().zip(&found.placed) {
+        scene.objects[object].pose = rigs[object].object(&pose.raised(-found.lift));
+    }
+    Ok(Motion {
+        world: found.world,
+        objects: found.objects,
+        placed: found.placed,
+        lift: found.lift,
+        settings: found.simulation,
+    })
+}
+
+/// Whether the iteration that was found again is the one of the report.
+fn same(iterations: &[Iteration], candidate: Candidate, stats: &IterationStats) -> bool {
+    let there =
+        iterations.iter().find(|there| (there.group, there.iteration) == (candidate.stage, candidate.iteration));
+    there.is_some_and(|there| there.iteration_best.unwrap_or(f32::INFINITY) == stats.iteration_best)
+}
+
+/// Shows progress and passes Ctrl-C on.
+struct Watch<'a> {
+    progress: SearchProgress,
+    stop: &'a AtomicBool,
+}
+
+impl Observer for Watch<'_> {
+    fn event(&mut self, event: Event<'_>) -> Flow {
+        self.progress.show(&event);
+        if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
+    }
+}
