@@ -71,7 +71,8 @@ macro_rules! physics_tests {
                 free_fall_follows_the_scheme,
                 spin_is_damped,
                 a_torque_free_body_keeps_its_angular_momentum,
-                       overlapping_bodies_in_mid_air_push_apart_evenly,
+                       a_collision_in_mid_air_keeps_momentum,
+                overlapping_bodies_in_mid_air_push_apart_evenly,
                 energy_never_grows,
                    ]
             closed_forms: [

@@ -67,6 +67,10 @@ pub const LOAD_TRACKING_RATE: f32 = 6.0;
 /// settling that locally is cheap.
 pub const PATCH_SWEEPS: u32 = 2;
 
+/// Two bodies that have moved past each other by more than this get new lever arms at their contacts, m: too much turns
+/// bodies that collide.
+pub const ARM_TOLERANCE: f32 = 1e-6;
+
 /// How many times its first size a candidate's slots may grow before the candidate is given up.
 pub const MAX_CAPACITY_GROWTH: u32 = 64;
 
