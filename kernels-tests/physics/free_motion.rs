@@ -1,9 +1,9 @@
 //! Bodies in the air: falling, spinning, colliding, and what must be conserved there.
 
 use super::{both, measured, settings, undamped};
-use crate::common::{Scenario, State, cuboid, run};
+use crate::common::{Scenario, State, box_inertia, cuboid, prism, run};
 use glam::{DVec3, Quat, Vec3};
-use rest3d_gpu::world::{Backend, SimSettings, Velocity};
+use rest3d_gpu::world::{Backend, Pose, SimSettings, Velocity};
 
 /// Small steps of one step: gravity and damping act once in each.
 fn small_steps(settings: &SimSettings) -> u32 {
@@ -178,5 +178,30 @@ pub fn energy_never_grows(backend: &dyn Backend) {
         let mut needle = Scenario::default();
         needle.cuboid(Vec3::new(0.02, 0.5, 0.02), 1.0, Vec3::Y, Quat::from_rotation_x(0.2));
         loses_energy(backend, "falling needle", &needle, &settings);
+    }
+}
+
+/// Boxes and prisms that fall over one another, each number another heap.
+fn heap(bodies: usize, number: usize) -> Scenario {
+    let mut s = Scenario::default();
+    for i in 0..bodies {
+        let any = |j: usize| (((number * 61 + i * 17 + j * 5) as f32 * 12.9898).sin() * 43758.547).rem_euclid(1.0);
+        let turn = Quat::from_rotation_x(6.0 * any(0)) * Quat::from_rotation_z(6.0 * any(1));
+        let at = Vec3::new(0.1 * any(2), 0.4 + 0.4 * i as f32, 0.1 * any(3));
+        if i % 2 == 1 {
+            s.cuboid(Vec3::new(0.06 + 0.08 * any(4), 0.06, 0.06 + 0.1 * any(5)), 1.0 + 4.0 * any(6), at, turn);
+        } else {
+            s.body(vec![prism(0.12, 0.1, 8)], 1.0, box_inertia(1.0, Vec3::splat(0.1)), Pose::new(turn, at));
+        }
+    }
+    s
+}
+
+pub fn energy_of_heaps_never_grows(backend: &dyn Backend) {
+    let settings = undamped(settings(120));
+    for number in 0..20 {
+        for bodies in [2, 6] {
+            loses_energy(backend, &format!("heap {number} of {bodies}"), &heap(bodies, number), &settings);
+        }
     }
 }
