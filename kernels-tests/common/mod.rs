@@ -2,9 +2,11 @@
 
 #![allow(dead_code, clippy::unwrap_used)]
 
-use glam::{Quat, Vec3};
-use rest3d_gpu::world::Backend;
-use rest3d_gpu::world::{BodyDef, Flow, Pose, STATIC, SimSettings, Velocity, World};
+use glam::{DQuat, DVec3, Quat, Vec3};
+use rest3d_gpu::world::{Backend, BodyDef, Flow, Pose, STATIC, SimSettings, Velocity, World};
+
+/// Poses and velocities of all bodies after a step.
+pub type State = (Vec<Pose>, Vec<Velocity>);
 
 /// Corners of a box with these half extents.
 pub fn cuboid(half: Vec3) -> Vec<Vec3> {
@@ -21,6 +23,48 @@ pub fn prism(radius: f32, half_height: f32, sides: usize) -> Vec<Vec3> {
         .flat_map(|i| {
             let angle = std::f32::consts::TAU * (i as f32 + 0.5) / sides as f32;
             [-1.0, 1.0].map(|s| Vec3::new(radius * angle.cos(), s * half_height, radius * angle.sin()))
+        })
+        .collect()
+}
+
+/// A cube with its corners cut off: six octagons and eight triangles.
+pub fn truncated_cube(half: f32) -> Vec<Vec3> {
+    let short = std::f32::consts::SQRT_2 - 1.0;
+    let axes = [Vec3::new(short, 1.0, 1.0), Vec3::new(1.0, short, 1.0), Vec3::new(1.0, 1.0, short)];
+    axes.into_iter().flat_map(|corner| cuboid(half * corner)).collect()
+}
+
+/// A ring of `count` wedges about the y axis: inner and outer radius at the lower and at the upper height.
+pub fn ring(low: [f32; 2], high: [f32; 2], heights: [f32; 2], count: usize) -> Vec<Vec<Vec3>> {
+    let angle = |i: usize| std::f32::consts::TAU * i as f32 / count as f32;
+    (0..count)
+        .map(|i| {
+            let mut wedge = Vec::new();
+            for (sin, cos) in [angle(i), angle(i + 1)].map(f32::sin_cos) {
+                for (radii, y) in [low, high].into_iter().zip(heights) {
+                    wedge.extend(radii.map(|r| Vec3::new(r * cos, y, r * sin)));
+                }
+            }
+            wedge
+        })
+        .collect()
+}
+
+/// A ball cut into slices about the z axis, `slices · steps` corners around its equator.
+pub fn sliced_ball(radius: f32, slices: usize, steps: usize) -> Vec<Vec<Vec3>> {
+    const RINGS: usize = 8;
+    let around = |i: usize| std::f32::consts::TAU * i as f32 / (slices * steps) as f32;
+    (0..slices)
+        .map(|slice| {
+            let mut points = vec![Vec3::Z * radius, Vec3::NEG_Z * radius];
+            for ring in 1..RINGS {
+                let (out, along) = (std::f32::consts::PI * ring as f32 / RINGS as f32).sin_cos();
+                points.extend((slice * steps..=(slice + 1) * steps).map(|i| {
+                    let (sin, cos) = around(i).sin_cos();
+                    radius * Vec3::new(out * cos, out * sin, along)
+                }));
+            }
+            points
         })
         .collect()
 }
@@ -51,6 +95,29 @@ impl Scenario {
         self.body(vec![cuboid(half)], mass, box_inertia(mass, half), Pose::new(rotation, at))
     }
 
+    /// One solid of boxes, each (half extents, centre), set up with their common frame's origin at `at`. The boxes must
+    /// lie symmetrically enough that the axes are principal ones.
+    pub fn furniture(&mut self, boxes: &[(Vec3, Vec3)], mass: f32, at: Vec3) -> usize {
+        let volume = |half: Vec3| half.element_product();
+        let total: f32 = boxes.iter().map(|&(half, _)| volume(half)).sum();
+        let center = boxes.iter().map(|&(half, at)| volume(half) * at).sum::<Vec3>() / total;
+        let mut inertia = Vec3::ZERO;
+        for &(half, at) in boxes {
+            let (m, d) = (mass * volume(half) / total, at - center);
+            inertia += box_inertia(m, half) + m * (d.length_squared() - d * d);
+        }
+        let parts = boxes.iter().map(|&(half, at)| shifted(&cuboid(half), at - center)).collect();
+        self.body(parts, mass, inertia, Pose::new(Quat::IDENTITY, at + center))
+    }
+
+    /// A table of 1.2 m by 0.8 m, 0.74 m high, on four legs of 4 cm.
+    pub fn table(&mut self, mass: f32) {
+        let leg = |x: f32, z: f32| (Vec3::new(0.02, 0.35, 0.02), Vec3::new(x, 0.35, z));
+        let top = (Vec3::new(0.6, 0.02, 0.4), Vec3::Y * 0.72);
+        let boxes = [top, leg(-0.55, -0.35), leg(0.55, -0.35), leg(-0.55, 0.35), leg(0.55, 0.35)];
+        self.furniture(&boxes, mass, Vec3::ZERO);
+    }
+
     /// Something that never moves.
     pub fn fixed(&mut self, parts: Vec<Vec<Vec3>>, at: Vec3, rotation: Quat) -> usize {
         let start = Pose::new(rotation, at);
@@ -63,10 +130,78 @@ impl Scenario {
         let roots: Vec<u32> = (0..self.defs.len() as u32).filter(|&i| self.defs[i as usize].unit != STATIC).collect();
         World::new(&self.defs, &roots)
     }
+
+    fn moving(&self) -> impl Iterator<Item = (usize, &BodyDef)> {
+        self.defs.iter().enumerate().filter(|(_, def)| def.unit != STATIC)
+    }
+
+    /// Total mass of what moves, kg.
+    pub fn mass(&self) -> f64 {
+        self.moving().map(|(_, def)| f64::from(def.mass)).sum()
+    }
+
+    /// Common centre of mass of what moves.
+    pub fn center(&self, (poses, _): &State) -> DVec3 {
+        let sum: DVec3 = self.moving().map(|(i, def)| f64::from(def.mass) * poses[i].translation.as_dvec3()).sum();
+        sum / self.mass()
+    }
+
+    /// Momentum of a body, N s.
+    pub fn momentum_of(&self, body: usize, (_, velocities): &State) -> DVec3 {
+        f64::from(self.defs[body].mass) * velocities[body].linear.as_dvec3()
+    }
+
+    /// Momentum of all bodies, N s.
+    pub fn momentum(&self, state: &State) -> DVec3 {
+        self.moving().map(|(i, _)| self.momentum_of(i, state)).sum()
+    }
+
+    /// Angular momentum of a body about its centre of mass, N m s.
+    pub fn spin_of(&self, body: usize, (poses, velocities): &State) -> DVec3 {
+        let rotation: DQuat = poses[body].rotation.as_dquat().normalize();
+        let local = rotation.conjugate() * velocities[body].angular.as_dvec3();
+        rotation * (self.defs[body].inertia.as_dvec3() * local)
+    }
+
+    /// Angular momentum of a body about the common centre of mass, N m s: its spin and its orbit.
+    pub fn angular_momentum_of(&self, body: usize, state: &State) -> DVec3 {
+        let mass = f64::from(self.defs[body].mass);
+        let drift = self.momentum(state) / self.mass();
+        let arm = state.0[body].translation.as_dvec3() - self.center(state);
+        self.spin_of(body, state) + arm.cross(self.momentum_of(body, state) - mass * drift)
+    }
+
+    /// Angular momentum of all bodies about their common centre of mass, N m s.
+    pub fn angular_momentum(&self, state: &State) -> DVec3 {
+        self.moving().map(|(i, _)| self.angular_momentum_of(i, state)).sum()
+    }
+
+    /// Kinetic and potential energy, J; zero at rest with the centres of mass on the ground.
+    pub fn energy(&self, state: &State, gravity: f32) -> f64 {
+        let (poses, velocities) = state;
+        self.moving()
+            .map(|(i, def)| {
+                let height = f64::from(poses[i].translation.y);
+                0.5 * self.momentum_of(i, state).dot(velocities[i].linear.as_dvec3())
+                    + 0.5 * self.spin_of(i, state).dot(velocities[i].angular.as_dvec3())
+                    - f64::from(def.mass) * f64::from(gravity) * height
+            })
+            .sum()
+    }
+
+    /// Height of the lowest vertex of a body, m.
+    pub fn lowest(&self, body: usize, (poses, _): &State) -> f32 {
+        self.defs[body].parts.iter().flatten().map(|&v| poses[body].point(v).y).fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// Points moved by a vector.
+pub fn shifted(points: &[Vec3], by: Vec3) -> Vec<Vec3> {
+    points.iter().map(|&p| p + by).collect()
 }
 
 /// The states after every step of one candidate, from the world's start.
-pub fn run(backend: &dyn Backend, world: &World, settings: &SimSettings) -> Vec<(Vec<Pose>, Vec<Velocity>)> {
+pub fn run(backend: &dyn Backend, world: &World, settings: &SimSettings) -> Vec<State> {
     let mut states = Vec::new();
     let status = backend
         .simulate(world, settings, &world.start, &mut |_, poses, velocities| {

@@ -2,18 +2,20 @@
 //! small steps are those of PhysX's TGS).
 //!
 //! A substep is cut into `position_iterations` small steps `h`. Each applies gravity, warm-starts, solves friction and
-//! every contact once as an overdamped spring, moves the bodies, and solves once more with rigid contacts, so that
-//! push-out leaves no kinetic energy behind. A plain spring sags under load and a rigid contact rings when a heavy body
-//! lies on a light one; this spring is at rest at the load that the contact has carried lately, which does neither.
-//! Normals and lever arms are those of the substep's start; separations follow the bodies' motion to first order.
+//! every contact once as an overdamped spring, moves the bodies, and solves once more with rigid contacts, after a hit
+//! several times, so that push-out leaves no kinetic energy behind. A plain spring sags under load and a rigid contact
+//! rings when a heavy body lies on a light one; this spring is at rest at the load that the contact has carried lately,
+//! which does neither.
+//! Normals are those of the substep's start; separations follow the bodies' motion to first order, and lever arms follow
+//! where both bodies are free.
 
 use super::contacts::{Contact, ContactSet, GROUND};
 use super::narrow_phase::tangents;
 use crate::world::{
     Body, Pose, SimSettings, Velocity,
     constants::{
-        CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, LINEAR_SLOP, LOAD_TRACKING_RATE,
-        PATCH_SWEEPS,
+        ARM_TOLERANCE, CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, LINEAR_SLOP,
+        LOAD_TRACKING_RATE, MAX_RELAXING_SWEEPS, PATCH_SWEEPS, RELAXED_SPEED,
     },
 };
 use glam::{Mat3, Quat, Vec3};
@@ -29,6 +31,21 @@ struct Row {
     turn_b: Vec3,
     /// Effective mass, kg.
     mass: f32,
+}
+
+impl Row {
+    fn new(axis: Vec3, angular_a: Vec3, angular_b: Vec3, a: &Moving, b: &Moving) -> Self {
+        let (turn_a, turn_b) = (a.inverse_inertia * angular_a, b.inverse_inertia * angular_b);
+        let k =
+            axis.length_squared() * (a.inverse_mass + b.inverse_mass) + angular_a.dot(turn_a) + angular_b.dot(turn_b);
+        Self { axis, angular_a, angular_b, turn_a, turn_b, mass: if k > 0.0 { 1.0 / k } else { 0.0 } }
+    }
+
+    /// The same row with its lever arm on the first body longer by `by`, and shorter on the second.
+    fn shifted(&self, by: Vec3, a: &Moving, b: &Moving) -> Self {
+        let turn = by.cross(self.axis);
+        Self::new(self.axis, self.angular_a + turn, self.angular_b - turn, a, b)
+    }
 }
 
 /// A contact point ready to solve.
@@ -60,6 +77,8 @@ struct Friction {
     count: u32,
     tangents: [Row; 2],
     twist: Row,
+    /// How far the second body had moved past the first when the lever arms were made, m.
+    passed: Vec3,
     /// Accumulated impulses of one small step, N s and N m s.
     impulse: [f32; 3],
 }
@@ -123,8 +142,13 @@ impl Solver {
             self.sweep_friction(settings.friction);
             self.sweep_normals(settings, h, Some(soft));
             self.advance(h);
-            self.sweep_friction(settings.friction);
-            self.sweep_normals(settings, h, None);
+            self.follow();
+            for _ in 0..MAX_RELAXING_SWEEPS {
+                self.sweep_friction(settings.friction);
+                if self.sweep_normals(settings, h, None) < RELAXED_SPEED {
+                    break;
+                }
+            }
         }
         for _ in 1..settings.velocity_iterations {
             self.sweep_friction(settings.friction);
@@ -185,6 +209,7 @@ impl Solver {
                 count: patch.count,
                 tangents: [u, v].map(|axis| self.row(a, b, arms(center), axis)),
                 twist: self.twist(a, b, patch.normal),
+                passed: Vec3::ZERO,
                 impulse: [patch.friction.dot(u), patch.friction.dot(v), patch.twist],
             });
             for contact in points {
@@ -212,12 +237,7 @@ impl Solver {
     }
 
     fn finish(&self, a: u32, b: u32, axis: Vec3, angular_a: Vec3, angular_b: Vec3) -> Row {
-        let (body_a, body_b) = (&self.bodies[a as usize], &self.bodies[b as usize]);
-        let (turn_a, turn_b) = (body_a.inverse_inertia * angular_a, body_b.inverse_inertia * angular_b);
-        let k = axis.length_squared() * (body_a.inverse_mass + body_b.inverse_mass)
-            + angular_a.dot(turn_a)
-            + angular_b.dot(turn_b);
-        Row { axis, angular_a, angular_b, turn_a, turn_b, mass: if k > 0.0 { 1.0 / k } else { 0.0 } }
+        Row::new(axis, angular_a, angular_b, &self.bodies[a as usize], &self.bodies[b as usize])
     }
 
     fn accelerate(&mut self, bodies: &[Body], settings: &SimSettings, h: f32) {
@@ -271,8 +291,9 @@ impl Solver {
     }
 
     /// One sweep over all patches: with `soft` overlap is pushed out, without only approach is stopped. What is still
-    /// apart may come no closer than touching.
-    fn sweep_normals(&mut self, settings: &SimSettings, h: f32, soft: Option<Softness>) {
+    /// apart may come no closer than touching. Gives the largest change of a contact's relative speed, m/s.
+    fn sweep_normals(&mut self, settings: &SimSettings, h: f32, soft: Option<Softness>) -> f32 {
+        let mut largest = 0.0f32;
         for f in &self.frictions {
             let (body_a, body_b) = (&self.bodies[f.a as usize], &self.bodies[f.b as usize]);
             let mut pair = Velocities::of(&self.bodies, f.a, f.b);
@@ -290,7 +311,9 @@ impl Solver {
                     }
                     let correction = n.row.mass * stiffness * (pair.relative(&n.row) + bias);
                     let total = (n.impulse - correction - leak * (n.impulse - n.load)).max(0.0);
-                    pair.push(&n.row, total - n.impulse);
+                    let change = total - n.impulse;
+                    pair.push(&n.row, change);
+                    largest = largest.max(change.abs() / n.row.mass);
                     n.impulse = total;
                 }
             }
@@ -301,6 +324,7 @@ impl Solver {
             }
             pair.store(&mut self.bodies);
         }
+        largest
     }
 
     /// Moves the bodies by their velocities.
@@ -308,6 +332,25 @@ impl Solver {
         for moving in &mut self.bodies {
             moving.shift += h * moving.velocity.linear;
             moving.turn += h * moving.velocity.angular;
+        }
+    }
+
+    /// Two free bodies that have moved past each other push at a common point again, half-way: else their impulses would
+    /// turn the pair. On something fixed a contact's points go with the body that moves.
+    fn follow(&mut self) {
+        for f in &mut self.frictions {
+            let (a, b) = (&self.bodies[f.a as usize], &self.bodies[f.b as usize]);
+            let passed = b.shift - a.shift;
+            let fixed = a.inverse_mass == 0.0 || b.inverse_mass == 0.0;
+            if fixed || passed.distance_squared(f.passed) < ARM_TOLERANCE * ARM_TOLERANCE {
+                continue;
+            }
+            let by = 0.5 * (passed - f.passed);
+            f.passed = passed;
+            f.tangents = f.tangents.map(|row| row.shifted(by, a, b));
+            for n in &mut self.normals[f.first as usize..][..f.count as usize] {
+                n.row = n.row.shifted(by, a, b);
+            }
         }
     }
 

@@ -67,6 +67,17 @@ pub const LOAD_TRACKING_RATE: f32 = 6.0;
 /// settling that locally is cheap.
 pub const PATCH_SWEEPS: u32 = 2;
 
+/// Rigid sweeps of a small step end when none of their contacts changed its speed by more than this, m/s: things at rest
+/// get by with one. Larger leaves the speed of push-out in things that hit each other, and their energy grows.
+pub const RELAXED_SPEED: f32 = 0.1;
+
+/// Most rigid sweeps of a small step.
+pub const MAX_RELAXING_SWEEPS: u32 = 8;
+
+/// Two bodies that have moved past each other by more than this get new lever arms at their contacts, m: too much turns
+/// bodies that collide.
+pub const ARM_TOLERANCE: f32 = 1e-6;
+
 /// How many times its first size a candidate's slots may grow before the candidate is given up.
 pub const MAX_CAPACITY_GROWTH: u32 = 64;
 

@@ -1,0 +1,105 @@
+//! Starts that no world has: bodies inside one another. They must come apart gently, completely and in time.
+
+use super::{both, drift, measured};
+use crate::common::{Scenario, State, cuboid, run};
+use glam::{Quat, Vec3};
+use rest3d_gpu::cpu::Workspace;
+use rest3d_gpu::cpu::narrow_phase::Separator;
+use rest3d_gpu::world::constants::TOUCHING_DEPTH;
+use rest3d_gpu::world::{Backend, NarrowPhase, SimSettings, World};
+
+/// Deepest overlap of any two bodies, m.
+fn overlap(world: &World, state: &State) -> f32 {
+    let narrow = Separator::new(NarrowPhase::Reference, &world.hulls);
+    let mut ruler = Workspace::new(world);
+    ruler.start(&state.0);
+    let mut depths = vec![0.0; world.pairs.len()];
+    ruler.measure_depths(world, &narrow, &mut depths);
+    depths.into_iter().fold(0.0, f32::max)
+}
+
+/// Runs the steps; nothing may be or get on faster than the push-out and gravity make it, sink into the ground, or
+/// overlap at the end.
+fn comes_apart(backend: &dyn Backend, name: &str, s: &Scenario, settings: &SimSettings) -> Vec<State> {
+    let world = s.world();
+    let states = run(backend, &world, settings);
+    let mut fastest = 0.0f32;
+    for (step, state) in states.iter().enumerate() {
+        let limit = settings.max_push_out - settings.gravity * settings.dt * (step + 1) as f32;
+        for (body, velocity) in state.1.iter().enumerate() {
+            // Push-out moves bodies without leaving them a velocity, so the way counts too.
+            let before = if step == 0 { &world.start } else { &states[step - 1].0 };
+            let way = state.0[body].translation.distance(before[body].translation);
+            let speed = velocity.linear.length().max(way / settings.dt);
+            fastest = fastest.max(speed);
+            assert!(speed <= limit, "{name}: body {body} has {speed} m/s after step {step}");
+        }
+    }
+    let last = &states[states.len() - 1];
+    for body in 0..world.bodies.len() {
+        let lowest = s.lowest(body, last);
+        assert!(lowest > -2.0 * TOUCHING_DEPTH, "{name}: body {body} ends {lowest} m below the ground");
+    }
+    let deep = overlap(&world, last);
+    measured(&format!("{name}: fastest speed, m/s"), fastest, "< 5");
+    measured(&format!("{name}: overlap left after {} steps, m", states.len()), deep, "< 0.001");
+    assert!(deep < TOUCHING_DEPTH, "{name}: {deep} m overlap after {} steps", states.len());
+    states
+}
+
+pub fn overlap_is_pushed_apart_gently(backend: &dyn Backend) {
+    for settings in both(60) {
+        for (name, shift) in [("5 cm", 0.15), ("90 %", 0.02), ("coincident", 0.0)] {
+            let mut s = Scenario::default();
+            s.cuboid(Vec3::splat(0.1), 1.0, Vec3::new(0.0, 0.1, 0.0), Quat::IDENTITY);
+            s.cuboid(Vec3::splat(0.1), 1.0, Vec3::new(shift, 0.1, 0.0), Quat::IDENTITY);
+            let states = comes_apart(backend, name, &s, &settings);
+            let (poses, _) = &states[59];
+            let apart = (poses[1].translation - poses[0].translation).abs().max_element();
+            assert!(apart > 0.198, "{name}: still {apart} m apart after 60 steps");
+        }
+    }
+}
+
+pub fn what_is_swallowed_comes_out(backend: &dyn Backend) {
+    for settings in both(60) {
+        for (name, at) in [("off the centre", Vec3::new(0.03, 0.22, 0.01)), ("at the centre", Vec3::Y * 0.2)] {
+            for movable in [false, true] {
+                let mut s = Scenario::default();
+                let half = Vec3::splat(0.2);
+                if movable {
+                    s.cuboid(half, 10.0, Vec3::Y * 0.2, Quat::IDENTITY);
+                } else {
+                    s.fixed(vec![cuboid(half)], Vec3::Y * 0.2, Quat::IDENTITY);
+                }
+                s.cuboid(Vec3::splat(0.05), 0.5, at, Quat::from_rotation_y(0.3));
+                let name = format!("swallowed {name}, {}", if movable { "movable" } else { "fixed" });
+                comes_apart(backend, &name, &s, &settings);
+            }
+        }
+    }
+}
+
+pub fn a_plate_inside_a_table_top_comes_out(backend: &dyn Backend) {
+    for settings in both(60) {
+        for above in [-0.005, 0.0, 0.005] {
+            let mut s = Scenario::default();
+            s.table(10.0);
+            s.cuboid(Vec3::new(0.1, 0.004, 0.08), 0.5, Vec3::new(0.1, 0.72 + above, 0.05), Quat::IDENTITY);
+            let name = format!("plate {above} m above the middle of a table top");
+            comes_apart(backend, &name, &s, &settings);
+        }
+    }
+}
+
+pub fn touching_hulls_are_not_missed(backend: &dyn Backend) {
+    for settings in both(60) {
+        for gap in [-1e-6, 0.0, 1e-6] {
+            let mut s = Scenario::default();
+            s.cuboid(Vec3::splat(0.1), 1.0, Vec3::Y * 0.1, Quat::IDENTITY);
+            s.cuboid(Vec3::splat(0.1), 1.0, Vec3::Y * (0.3 + gap), Quat::IDENTITY);
+            let found = drift(backend, &s, &settings, 0);
+            assert!(found.moved < 5e-4 && found.speed < 0.02, "gap {gap}: {found:?}");
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Concave compounds hold what is in them.
+
+use super::{both, measured};
+use crate::common::{Scenario, box_inertia, prism, ring, run, shifted};
+use glam::{Quat, Vec3};
+use rest3d_gpu::world::{Backend, Pose, SimSettings};
+
+/// The centre of every body after the container (body 0) stays, in the container's frame, within `room` at every step.
+fn stays_inside(
+    backend: &dyn Backend,
+    name: &str,
+    s: &Scenario,
+    settings: &SimSettings,
+    room: impl Fn(usize, Vec3) -> bool,
+) {
+    let states = run(backend, &s.world(), settings);
+    for (step, (poses, _)) in states.iter().enumerate() {
+        for (body, pose) in poses.iter().enumerate().skip(1) {
+            let local = poses[0].inverse_point(pose.translation);
+            assert!(room(body, local), "{name}: body {body} has left at step {step}, to {local}");
+        }
+    }
+    measured(&format!("{name}: speed at the end, m/s"), super::peak_speed(&states[states.len() - 1..]), 0);
+}
+
+pub fn a_bowl_holds_its_fruit(backend: &dyn Backend) {
+    for settings in both(300) {
+        let mut s = Scenario::default();
+        let mut parts = ring([0.05, 0.07], [0.14, 0.15], [-0.04, 0.06], 24);
+        parts.push(shifted(&prism(0.06, 0.005, 24), Vec3::Y * -0.035));
+        s.body(parts, 0.8, 0.8 * Vec3::new(0.007, 0.012, 0.007), Pose::new(Quat::IDENTITY, Vec3::Y * 0.04));
+        for i in 0..4 {
+            let (sin, cos) = (1.6 * i as f32).sin_cos();
+            let at = Vec3::new(0.05 * cos, 0.1 + 0.03 * i as f32, 0.05 * sin);
+            let turn = Quat::from_rotation_x(i as f32) * Quat::from_rotation_z(0.5);
+            if i % 2 == 0 {
+                s.cuboid(Vec3::splat(0.025), 0.2, at, turn);
+            } else {
+                let inertia = box_inertia(0.2, Vec3::splat(0.03));
+                s.body(vec![prism(0.03, 0.03, 8)], 0.2, inertia, Pose::new(turn, at));
+            }
+        }
+        stays_inside(backend, "bowl", &s, &settings, |_, p| p.y > -0.03 && Vec3::new(p.x, 0.0, p.z).length() < 0.14);
+    }
+}
+
+pub fn a_shelf_holds_its_books(backend: &dyn Backend) {
+    let board = |y: f32| (Vec3::new(0.4, 0.01, 0.15), Vec3::Y * y);
+    let side = |x: f32| (Vec3::new(0.01, 0.5, 0.15), Vec3::new(x, 0.5, 0.0));
+    let back = (Vec3::new(0.42, 0.5, 0.005), Vec3::new(0.0, 0.5, -0.155));
+    let boards = [0.01, 0.34, 0.67];
+    for settings in both(300) {
+        let mut s = Scenario::default();
+        let mut boxes = vec![side(-0.41), side(0.41), back, board(0.99)];
+        boxes.extend(boards.map(board));
+        let shelf = s.furniture(&boxes, 20.0, Vec3::ZERO);
+        let center = s.world().start[shelf].translation;
+        for y in boards {
+            for i in 0..5 {
+                // The last ones lean on their neighbours.
+                let lean = if i == 4 { 0.15 } else { 0.0 };
+                let half = Vec3::new(0.02, 0.12, 0.09);
+                let x = -0.3 + 0.045 * i as f32 + lean * 0.14;
+                let at = Vec3::new(x, y + 0.01 + half.y * lean.cos() + half.x * lean.sin(), -0.04);
+                s.cuboid(half, 0.6, at, Quat::from_rotation_z(lean));
+            }
+        }
+        stays_inside(backend, "shelf", &s, &settings, |body, p| {
+            let floor = boards[(body - 1) / 5] - center.y;
+            p.x.abs() < 0.4 && p.z.abs() < 0.15 && p.y > floor && p.y < floor + 0.33
+        });
+    }
+}
+
+pub fn a_drawer_holds_its_things(backend: &dyn Backend) {
+    let boxes = [
+        (Vec3::new(0.25, 0.005, 0.2), Vec3::Y * 0.005),
+        (Vec3::new(0.005, 0.06, 0.19), Vec3::new(-0.245, 0.07, 0.0)),
+        (Vec3::new(0.005, 0.06, 0.19), Vec3::new(0.245, 0.07, 0.0)),
+        (Vec3::new(0.25, 0.06, 0.005), Vec3::new(0.0, 0.07, -0.195)),
+        (Vec3::new(0.25, 0.06, 0.005), Vec3::new(0.0, 0.07, 0.195)),
+    ];
+    for settings in both(300) {
+        let mut s = Scenario::default();
+        let drawer = s.furniture(&boxes, 2.0, Vec3::ZERO);
+        let center = s.world().start[drawer].translation;
+        // Dropped in, sunk 4 mm into the bottom, sunk 4 mm into a wall.
+        s.cuboid(Vec3::new(0.05, 0.02, 0.07), 0.3, Vec3::new(0.0, 0.15, 0.0), Quat::from_rotation_z(0.6));
+        s.cuboid(Vec3::new(0.03, 0.01, 0.05), 0.2, Vec3::new(0.12, 0.016, 0.08), Quat::from_rotation_y(0.4));
+        s.cuboid(Vec3::new(0.03, 0.03, 0.03), 0.3, Vec3::new(-0.214, 0.041, -0.05), Quat::IDENTITY);
+        s.cuboid(Vec3::new(0.01, 0.1, 0.01), 0.1, Vec3::new(-0.1, 0.115, 0.1), Quat::from_rotation_x(0.1));
+        stays_inside(backend, "drawer", &s, &settings, |_, p| {
+            p.x.abs() < 0.25 && p.z.abs() < 0.2 && p.y > 0.0 - center.y && p.y < 0.25
+        });
+    }
+}

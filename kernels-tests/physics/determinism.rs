@@ -1,0 +1,74 @@
+//! The same bits for a candidate in every run, whatever is simulated beside it.
+
+use super::settings;
+use crate::common::{Scenario, box_inertia, prism};
+use glam::{Quat, Vec3};
+use rest3d_gpu::world::{Backend, Flow, Pose, Velocity, World};
+
+const CANDIDATES: usize = 12;
+const STEPS: u32 = 90;
+
+/// A table, and a heap that falls onto it and off it.
+fn heap() -> World {
+    let mut s = Scenario::default();
+    s.table(5.0);
+    for i in 0..5 {
+        let n = i as f32;
+        let at = Pose::new(Quat::from_rotation_x(0.6 * n), Vec3::new(0.02 * n, 0.85 + 0.15 * n, 0.03 * n));
+        let shape = if i % 2 == 0 { prism(0.06, 0.05, 8) } else { prism(0.08, 0.04, 4) };
+        s.body(vec![shape], 1.0, box_inertia(1.0, Vec3::splat(0.06)), at);
+    }
+    s.world()
+}
+
+/// Where a candidate starts: everything but the table is shifted and turned.
+fn start(world: &World, candidate: usize) -> Vec<Pose> {
+    let n = candidate as f32;
+    let turn = Pose::new(Quat::from_rotation_y(0.1 * n), Vec3::new(0.01 * n, 0.005 * n, -0.008 * n));
+    world.start.iter().enumerate().map(|(i, pose)| if i == 0 { *pose } else { turn.then(pose) }).collect()
+}
+
+/// All states of each of the candidates, as bits.
+fn simulate(backend: &dyn Backend, world: &World, candidates: &[usize]) -> Vec<Vec<u8>> {
+    let bodies = world.bodies.len();
+    let starts: Vec<Pose> = candidates.iter().flat_map(|&candidate| start(world, candidate)).collect();
+    let mut bits = vec![Vec::new(); candidates.len()];
+    let mut keep = |_: u32, poses: &[Pose], velocities: &[Velocity]| {
+        let each = poses.chunks_exact(bodies).zip(velocities.chunks_exact(bodies));
+        for (bits, (poses, velocities)) in bits.iter_mut().zip(each) {
+            bits.extend_from_slice(bytemuck::cast_slice(poses));
+            bits.extend_from_slice(bytemuck::cast_slice(velocities));
+        }
+        Flow::Continue
+    };
+    let status = backend.simulate(world, &settings(STEPS), &starts, &mut keep).unwrap();
+    assert!(status.iter().all(|s| s.is_usable()), "status {status:?}");
+    bits
+}
+
+/// Hash of every state of a batch.
+pub fn batch_hash(backend: &dyn Backend) -> String {
+    let all: Vec<usize> = (0..CANDIDATES).collect();
+    let mut hash = blake3::Hasher::new();
+    for bits in simulate(backend, &heap(), &all) {
+        hash.update(&bits);
+    }
+    hash.finalize().to_hex()[..32].to_owned()
+}
+
+pub fn a_second_run_gives_the_same_bits(backend: &dyn Backend) {
+    assert_eq!(batch_hash(backend), batch_hash(backend));
+}
+
+pub fn a_candidate_does_not_depend_on_the_others(backend: &dyn Backend) {
+    let world = heap();
+    let all: Vec<usize> = (0..CANDIDATES).collect();
+    let whole = simulate(backend, &world, &all);
+    assert!((1..CANDIDATES).all(|i| whole[i] != whole[0]), "the candidates must differ");
+    let backwards: Vec<usize> = all.iter().rev().copied().collect();
+    for some in [backwards, vec![7, 2, 9, 4], vec![5], vec![3; 4]] {
+        for (candidate, bits) in some.iter().zip(simulate(backend, &world, &some)) {
+            assert!(bits == whole[*candidate], "candidate {candidate} differs among {some:?}");
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Physics tests as functions of a backend, so that every backend passes the same ones.
+//!
+//! A simulation starts at rest, so a test that needs motion lets things fall, slide or push one another apart first.
+//! `physics_tests!` lists all bodies once and makes a `#[test]` of each for the backend that it is given. A test says
+//! what it measured on stderr (`cargo test --test physics -- --nocapture`); `docs/physics.md` holds those numbers.
+
+pub mod bad_starts;
+pub mod closed_forms;
+pub mod concave;
+pub mod determinism;
+pub mod free_motion;
+pub mod stacks;
+
+use crate::common::{Scenario, State, run};
+use rest3d_gpu::world::{Backend, NarrowPhase, SimSettings, angle_between};
+
+/// Default settings for so many steps.
+pub fn settings(steps: u32) -> SimSettings {
+    SimSettings { steps, ..Default::default() }
+}
+
+/// Both hull–hull algorithms must pass.
+pub fn both(steps: u32) -> [SimSettings; 2] {
+    [NarrowPhase::Twin, NarrowPhase::Reference].map(|narrow_phase| SimSettings { narrow_phase, ..settings(steps) })
+}
+
+/// The same without losses.
+pub fn undamped(settings: SimSettings) -> SimSettings {
+    SimSettings { linear_damping: 0.0, angular_damping: 0.0, ..settings }
+}
+
+/// Says what a test measured.
+pub fn measured(what: &str, value: impl std::fmt::Display, expected: impl std::fmt::Display) {
+    eprintln!("{what}: {value} (expected {expected})");
+}
+
+/// How far a scenario has strayed from its start.
+#[derive(Debug)]
+pub struct Drift {
+    /// Largest distance of any body from its start at the end, m.
+    pub moved: f32,
+    /// Largest angle of any body from its start at the end, rad.
+    pub turned: f32,
+    /// Fastest body in the steps looked at, m/s.
+    pub speed: f32,
+}
+
+/// Simulates from the start; speeds count from step `from` on.
+pub fn drift(backend: &dyn Backend, scenario: &Scenario, settings: &SimSettings, from: usize) -> Drift {
+    let world = scenario.world();
+    let states = run(backend, &world, settings);
+    let last = &states[states.len() - 1];
+    let pairs = || last.0.iter().zip(&world.start);
+    Drift {
+        moved: pairs().map(|(p, q)| p.translation.distance(q.translation)).fold(0.0, f32::max),
+        turned: pairs().map(|(p, q)| angle_between(p.rotation, q.rotation)).fold(0.0, f32::max),
+        speed: peak_speed(&states[from..]),
+    }
+}
+
+/// Fastest body in any of the states, m/s.
+pub fn peak_speed(states: &[State]) -> f32 {
+    states.iter().flat_map(|(_, v)| v).map(|v| v.linear.length()).fold(0.0, f32::max)
+}
+
+/// A `#[test]` of every body for one backend.
+macro_rules! physics_tests {
+    ($backend:expr) => {
+        $crate::physics::make_tests! { $backend;
+            free_motion: [
+                free_fall_follows_the_scheme,
+                spin_is_damped,
+                a_torque_free_body_keeps_its_angular_momentum,
+                       a_collision_in_mid_air_keeps_momentum,
+                overlapping_bodies_in_mid_air_push_apart_evenly,
+                energy_never_grows,
+                energy_of_heaps_never_grows,
+                   ]
+            closed_forms: [
+                friction_cone,
+                a_block_tips_at_its_aspect,
+                an_overhang_tips_when_its_centre_passes_the_edge,
+                a_lever_weighs_half_a_percent,
+                a_ball_rolls,
+            ]
+            stacks: [
+                ten_high_stacks_stand,
+                a_pyramid_stands,
+                a_mass_ratio_of_a_hundred,
+                a_book_leans_as_statics_say,
+                a_table_on_thin_legs_bears_a_load,
+                a_mug_rests_on_a_tray_on_a_table,
+            ]
+            bad_starts: [
+                overlap_is_pushed_apart_gently,
+                what_is_swallowed_comes_out,
+                a_plate_inside_a_table_top_comes_out,
+                touching_hulls_are_not_missed,
+            ]
+            concave: [
+                a_bowl_holds_its_fruit,
+                a_shelf_holds_its_books,
+                a_drawer_holds_its_things,
+            ]
+            determinism: [
+                a_second_run_gives_the_same_bits,
+                a_candidate_does_not_depend_on_the_others,
+            ]
+        }
+    };
+}
+
+/// Only for `physics_tests!`.
+macro_rules! make_tests {
+    ($backend:expr; $($module:ident: [$($body:ident,)+])+) => {
+        $(mod $module {
+            $(#[test]
+            fn $body() {
+                $crate::physics::$module::$body(&$backend);
+            })+
+        })+
+    };
+}
+
+pub(crate) use {make_tests, physics_tests};

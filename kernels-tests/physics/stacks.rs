@@ -1,0 +1,165 @@
+//! What people pile up stays where it was put.
+
+use super::{both, drift, measured, peak_speed, settings};
+use crate::common::{Scenario, box_inertia, cuboid, prism, ring, run, shifted, truncated_cube};
+use glam::{Quat, Vec3};
+use rest3d_gpu::world::{Backend, Pose, SimSettings};
+
+pub fn ten_high_stacks_stand(backend: &dyn Backend) {
+    // Near touching, the axes of GJK and EPA are too noisy for the reference to hold so tall a stack still.
+    let settings = settings(600);
+    let shapes =
+        [("boxes", cuboid(Vec3::splat(0.1))), ("truncated cubes", truncated_cube(0.1)), ("prisms", prism(0.1, 0.1, 8))];
+    for (name, shape) in shapes {
+        let mut s = Scenario::default();
+        for i in 0..10 {
+            let at = Pose::new(Quat::IDENTITY, Vec3::Y * (0.1 + 0.2 * i as f32));
+            s.body(vec![shape.clone()], 1.0, box_inertia(1.0, Vec3::splat(0.1)), at);
+        }
+        let found = drift(backend, &s, &settings, 120);
+        measured(&format!("drift of ten {name} in 10 s, m"), found.moved, "< 0.001");
+        assert!(found.moved < 1e-3 && found.turned < 1e-3 && found.speed < 1e-3, "{name}: {found:?}");
+    }
+}
+
+pub fn a_pyramid_stands(backend: &dyn Backend) {
+    for settings in both(300) {
+        let mut s = Scenario::default();
+        for row in 0..5 {
+            for i in 0..5 - row {
+                let x = 0.21 * (i as f32 + 0.5 * row as f32);
+                s.cuboid(Vec3::splat(0.1), 1.0, Vec3::new(x, 0.1 + 0.2 * row as f32, 0.0), Quat::IDENTITY);
+            }
+        }
+        let found = drift(backend, &s, &settings, 120);
+        measured("drift of a pyramid in 5 s, m", found.moved, "< 0.001");
+        assert!(found.moved < 1e-3 && found.speed < 2e-3, "{found:?}");
+    }
+}
+
+pub fn a_mass_ratio_of_a_hundred(backend: &dyn Backend) {
+    for settings in both(300) {
+        for masses in [[1.0, 100.0], [100.0, 1.0]] {
+            let mut s = Scenario::default();
+            for (i, mass) in masses.into_iter().enumerate() {
+                s.cuboid(Vec3::splat(0.1), mass, Vec3::Y * (0.1 + 0.2 * i as f32), Quat::IDENTITY);
+            }
+            let found = drift(backend, &s, &settings, 120);
+            measured(&format!("drift of {masses:?} kg in 5 s, m"), found.moved, 0);
+            assert!(found.moved < 2e-3 && found.speed < 2e-3, "{masses:?}: {found:?}");
+        }
+    }
+}
+
+const BOOK: Vec3 = Vec3::new(0.125, 0.01, 0.09);
+
+/// A book that leans on a fixed wall, `degrees` from the ground.
+fn leaning_book(degrees: f32) -> Scenario {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let mut s = Scenario::default();
+    s.fixed(
+        vec![cuboid(Vec3::new(0.5, 1.0, 1.0))],
+        Vec3::new(0.5 + BOOK.x * cos + BOOK.y * sin, 1.0, 0.0),
+        Quat::IDENTITY,
+    );
+    let turn = Quat::from_rotation_z(degrees.to_radians());
+    s.cuboid(BOOK, 1.0, Vec3::Y * (BOOK.x * sin + BOOK.y * cos), turn);
+    s
+}
+
+/// Angle at which a book begins to slide with friction μ on ground and wall. With both contacts at their limit, moments
+/// about the lower edge give tan θ · (1 + t (1 + μ²) / 2μ) = (1 − μ²) / 2μ for a book t times as thick as long; without
+/// thickness, the ladder's (1 − μ²) / 2μ.
+fn sliding_angle(friction: f32) -> f32 {
+    let square = friction * friction;
+    let thick = BOOK.y / BOOK.x * (1.0 + square) / (2.0 * friction);
+    ((1.0 - square) / (2.0 * friction) / (1.0 + thick)).atan().to_degrees()
+}
+
+pub fn a_book_leans_as_statics_say(backend: &dyn Backend) {
+    // μ = 1 holds at any angle; at μ = 0.5 the limit lies between 30° and 60°.
+    assert_eq!(sliding_angle(1.0), 0.0);
+    let limit = sliding_angle(0.5);
+    let cases = [(1.0, 60.0), (1.0, 30.0), (0.5, 60.0), (0.5, 30.0), (0.5, limit + 2.0), (0.5, limit - 2.0)];
+    for settings in both(300) {
+        for (friction, degrees) in cases {
+            let holds = degrees > sliding_angle(friction);
+            let settings = SimSettings { friction, ..settings.clone() };
+            let found = drift(backend, &leaning_book(degrees), &settings, 120);
+            measured(
+                &format!("drift of a book at {degrees}°, friction {friction}, m"),
+                found.moved,
+                if holds { "0" } else { "slides" },
+            );
+            if holds {
+                assert!(found.moved < 1e-3, "{degrees}°, friction {friction} must hold: {found:?}");
+            } else {
+                assert!(found.moved > 0.02, "{degrees}°, friction {friction} must slide: {found:?}");
+            }
+        }
+    }
+}
+
+pub fn a_table_on_thin_legs_bears_a_load(backend: &dyn Backend) {
+    // Few heavy things, and many that cover it.
+    let few = [-0.3, 0.3].map(|x| [-0.2, 0.2].map(|z| (x, z))).concat();
+    let many = [-0.45, -0.15, 0.15, 0.45].map(|x| [-0.25, 0.0, 0.25].map(|z| (x, z))).concat();
+    for settings in both(120) {
+        for (load, places) in [(20.0, &few), (5.0, &many)] {
+            let mut s = Scenario::default();
+            s.table(10.0);
+            for &(x, z) in places {
+                s.cuboid(Vec3::splat(0.1), load, Vec3::new(x, 0.84, z), Quat::IDENTITY);
+            }
+            let found = drift(backend, &s, &settings, 30);
+            measured(&format!("drift of a table with {} loads of {load} kg in 2 s, m", places.len()), found.moved, 0);
+            assert!(found.moved < 1e-3 && found.speed < 0.02, "{} loads of {load} kg: {found:?}", places.len());
+        }
+    }
+}
+
+/// A mug of 31 wall wedges and a bottom: 8 cm wide, 10 cm high, walls of 4 mm.
+fn mug(s: &mut Scenario, height: f32) {
+    let [inner, outer, top] = [0.036f32, 0.04, 0.1];
+    let (wall_mass, bottom_mass) = (0.25, 0.05);
+    let mass = wall_mass + bottom_mass;
+    let center = (wall_mass * 0.5 * top + bottom_mass * 0.0025) / mass;
+    let rim = inner * inner + outer * outer;
+    let along = 0.5 * wall_mass * rim + 0.5 * bottom_mass * outer * outer;
+    let across = wall_mass * (0.25 * rim + top * top / 12.0 + (0.5 * top - center).powi(2))
+        + bottom_mass * (0.25 * outer * outer + center * center);
+    let mut parts = ring([inner, outer], [inner, outer], [0.0, top], 31);
+    parts.push(shifted(&prism(inner, 0.0025, 31), Vec3::Y * 0.0025));
+    let parts = parts.iter().map(|part| shifted(part, Vec3::Y * -center)).collect();
+    let at = Pose::new(Quat::IDENTITY, Vec3::new(0.05, height + center, 0.02));
+    s.body(parts, mass, Vec3::new(across, along, across), at);
+}
+
+pub fn a_mug_rests_on_a_tray_on_a_table(backend: &dyn Backend) {
+    for settings in both(300) {
+        let mut s = Scenario::default();
+        s.table(15.0);
+        let rim_x = Vec3::new(0.005, 0.02, 0.14);
+        let rim_z = Vec3::new(0.2, 0.02, 0.005);
+        let tray = [
+            (Vec3::new(0.2, 0.005, 0.15), Vec3::Y * 0.005),
+            (rim_x, Vec3::new(-0.195, 0.02, 0.0)),
+            (rim_x, Vec3::new(0.195, 0.02, 0.0)),
+            (rim_z, Vec3::new(0.0, 0.02, -0.145)),
+            (rim_z, Vec3::new(0.0, 0.02, 0.145)),
+        ];
+        s.furniture(&tray, 0.8, Vec3::new(0.1, 0.74, 0.0));
+        mug(&mut s, 0.75);
+        let world = s.world();
+        assert_eq!(world.bodies[2].hull_count, 32);
+        let states = run(backend, &world, &settings);
+        let after_30 = peak_speed(&states[30..]);
+        let after_60 = peak_speed(&states[60..]);
+        let moved = states[299].0[2].translation.distance(states[60].0[2].translation);
+        measured("peak speed of a mug's scene after 30 steps, m/s", after_30, "< 0.02");
+        measured("and after 60 steps", after_60, "at rest");
+        measured("the mug's way from step 60 to step 300, m", moved, 0);
+        assert!(after_30 < 0.02, "{after_30} m/s after 30 steps");
+        assert!(after_60 < 2e-3 && moved < 1e-3, "{after_60} m/s after 60 steps, {moved} m from there on");
+    }
+}
