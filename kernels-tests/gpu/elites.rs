@@ -27,16 +27,18 @@ fn ranked(device: &Device, candidates: u32, fail: usize) -> Result<(), Failed> {
     let batch = device.input(&[Batch { candidates, bodies: 0, pairs: 0, dimensions: 0 }])?;
     let update = device.input(&[Update { wanted, epsilon: 0.0 }])?;
     let energies = device.input(&energies)?;
+    let keys = device.poisoned((candidates as usize).next_power_of_two())?;
     let order = device.poisoned(candidates as usize)?;
     let usable = device.poisoned(1)?;
     let buffers = ElitesBuffers {
         batch: batch.uniform(),
         update: update.uniform(),
         energies: energies.read(),
+        keys: keys.write(),
         order: order.write(),
         usable: usable.write(),
     };
-    device.run(&buffers.step(&device.gpu, device.kernels()?, candidates));
+    device.run(&buffers.step(&device.gpu, device.kernels()?, 1));
     device.expect(&format!("order of {candidates}"), &order, &expected, 0.0)?;
     device.expect(&format!("usable of {candidates}"), &usable, &[expected_usable], 0.0)
 }

@@ -42,6 +42,8 @@ pub struct Population {
     pub statuses: Buffer<u32>,
     /// `[candidates]`
     pub energies: Buffer<Energy>,
+    /// Scratch of the sort, `[candidates rounded up to a power of two]`.
+    pub keys: Buffer<[u32; 2]>,
     /// Candidates by rank, `[candidates]`, and how many of the first are usable elites.
     pub order: Buffer<u32>,
     pub usable: Buffer<u32>,
@@ -95,6 +97,7 @@ impl Population {
         let depths_settled = Buffer::new(gpu, "depths_settled", depths)?;
         let statuses = Buffer::new(gpu, "statuses", candidates)?;
         let energies = Buffer::new(gpu, "energies", candidates)?;
+        let keys = Buffer::new(gpu, "keys", candidates.next_power_of_two())?;
         let order = Buffer::new(gpu, "order", candidates)?;
         let usable = Buffer::new(gpu, "usable", 1)?;
         let elites = Buffer::new(gpu, "elites", wanted as usize)?;
@@ -133,6 +136,7 @@ impl Population {
             batch: batch.uniform(),
             update: update.uniform(),
             energies: energies.read(),
+            keys: keys.write(),
             order: order.write(),
             usable: usable.write(),
         };
@@ -164,7 +168,7 @@ impl Population {
         ];
         let ranking = [
             energy.step(gpu, kernels, sizes.candidates),
-            rank.step(gpu, kernels, sizes.candidates),
+            rank.step(gpu, kernels, 1),
             best.step(gpu, kernels, 1),
             moments.step(gpu, kernels, sizes.dimensions),
         ];
@@ -190,6 +194,7 @@ impl Population {
             depths_settled,
             statuses,
             energies,
+            keys,
             order,
             usable,
             elites,
