@@ -8,6 +8,8 @@ mod check;
 #[allow(dead_code)]
 #[path = "../build/compose.rs"]
 mod compose;
+#[path = "../build/generate.rs"]
+mod generate;
 #[allow(dead_code)]
 #[path = "../build/reflect.rs"]
 mod reflect;
@@ -119,6 +121,25 @@ fn a_kernel_is_reflected() {
     assert_eq!((kernel.name.as_str(), kernel.workgroup), ("kernel", [8, 2, 1]));
     let slots: Vec<_> = kernel.bindings.iter().map(|b| (b.name.as_str(), b.access, b.element.as_str())).collect();
     assert_eq!(slots, [("source", Access::Read, "u32"), ("target", Access::Write, "u32")]);
+}
+
+/// What is generated names every kernel, buffer and member, so that a change of any of them does not compile.
+#[test]
+fn the_generated_code_checks_names_types_and_layouts() {
+    let (kernels, _) = reflect::kernels(&shipped());
+    let code = generate::source(&kernels, "pub const TOUCHING_DEPTH: f32 = 1e-3;");
+    for line in [
+        "pub place: Kernel,",
+        "pub struct PlaceBuffers<'a> {",
+        "pub deltas: Read<'a, f32>,",
+        "pub placed: Write<'a, Pose>,",
+        "assert!(size_of::<Pose>() == 32,",
+        "assert!(offset_of!(Pose, translation) == 16,",
+        "assert!(offset_of!(Energy, layout) == 16,",
+        "assert!(constants::TOUCHING_DEPTH == crate::world::constants::TOUCHING_DEPTH,",
+    ] {
+        assert!(code.contains(line), "{line}");
+    }
 }
 
 #[test]

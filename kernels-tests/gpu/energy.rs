@@ -12,7 +12,7 @@ use rest3d_gpu::world::{EnergyWeights, PenetrationMode, Pose, Status, Velocity, 
 pub const TESTS: &[Test] = &[("energy::is_its_twin", is_its_twin)];
 
 /// Relative: the same sums in the same order, but for the arctangent.
-const TOLERANCE: f32 = 1e-5;
+const TOLERANCE: f32 = 4e-6;
 
 fn is_its_twin(device: &Device) -> Result<(), Failed> {
     let world = world();

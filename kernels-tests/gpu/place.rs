@@ -9,8 +9,8 @@ use rest3d_gpu::gpu::kernels::PlaceBuffers;
 
 pub const TESTS: &[Test] = &[("place::is_its_twin", is_its_twin)];
 
-/// m and rad: turns of several radians through arcs of metres.
-const TOLERANCE: f32 = 4e-6;
+/// m and rad: turns of up to π through arcs of metres.
+const TOLERANCE: f32 = 2e-6;
 
 fn is_its_twin(device: &Device) -> Result<(), Failed> {
     let world = world();
@@ -19,7 +19,7 @@ fn is_its_twin(device: &Device) -> Result<(), Failed> {
     let units = device.input(&world.units)?;
     let start = device.input(&world.start)?;
     for candidates in SIZES {
-        let mut rows = noise(5, candidates as usize * width);
+        let mut rows: Vec<f32> = noise(5, candidates as usize * width).iter().map(|x| 0.4 * x).collect();
         // No turn at all has no axis.
         rows[3..6].fill(0.0);
         let mut expected = world.start.repeat(candidates as usize);
