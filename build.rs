@@ -8,6 +8,8 @@ mod compose;
 mod generate;
 #[path = "build/reflect.rs"]
 mod reflect;
+#[path = "build/translate.rs"]
+mod translate;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -20,7 +22,7 @@ fn main() -> ExitCode {
     }
     let constants = fs::read_to_string(CONSTANTS).expect("the constants belong to this package");
     let library = compose::Library::read(Path::new("shaders"), &constants).expect("the shaders belong to this package");
-    let (kernels, errors) = reflect::kernels(&library);
+    let (kernels, errors) = reflect::kernels(&library, translate::translate);
     for error in &errors {
         eprintln!("{error}");
     }

@@ -65,13 +65,18 @@ pub struct Kernel {
     pub constants: BTreeSet<(String, String)>,
 }
 
-/// All kernels of a library, and all errors.
-pub fn kernels(library: &Library) -> (Vec<Kernel>, Vec<String>) {
+/// All kernels of a library, and all errors. `translate` tells what other platforms have against a shader that is valid.
+pub fn kernels(
+    library: &Library,
+    translate: impl Fn(&Composed, &Module, &ModuleInfo) -> Vec<String>,
+) -> (Vec<Kernel>, Vec<String>) {
     let (mut kernels, mut errors) = (Vec::new(), Vec::new());
     for name in library.kernels.keys() {
         let kernel = library.compose(name).and_then(|shader| {
             let (module, info) = check(&shader)?;
-            reflect(&shader, &module, &info)
+            let kernel = reflect(&shader, &module, &info)?;
+            let errors = translate(&shader, &module, &info);
+            if errors.is_empty() { Ok(kernel) } else { Err(errors) }
         });
         match kernel {
             Ok(kernel) => kernels.push(kernel),

@@ -9,6 +9,7 @@ pub const TESTS: &[Test] = &[
     ("device::is_found_by_number_kind_and_name", is_found_by_number_kind_and_name),
     ("device::unknown_adapters_are_named", unknown_adapters_are_named),
     ("device::too_large_a_buffer_is_an_error", too_large_a_buffer_is_an_error),
+    ("device::a_fault_is_kept_and_told", a_fault_is_kept_and_told),
     ("device::empty_buffers_are_allowed", empty_buffers_are_allowed),
 ];
 
@@ -37,6 +38,17 @@ fn too_large_a_buffer_is_an_error(device: &Device) -> Result<(), Failed> {
     match Buffer::<u32>::new(&device.gpu, "huge", len) {
         Err(GpuError::Capacity(message)) if message.contains("huge") => Ok(()),
         other => Err(format!("{:?}", other.err()).into()),
+    }
+}
+
+fn a_fault_is_kept_and_told(device: &Device) -> Result<(), Failed> {
+    // A device of its own: after a fault it is no good for other tests.
+    let gpu = Gpu::open(&AdapterChoice::Index(device.gpu.report().index))?;
+    gpu.check()?;
+    Buffer::<u32>::new(&gpu, "short", 1)?.upload(&gpu, &[1, 2]);
+    match (gpu.check(), gpu.wait()) {
+        (Err(GpuError::Device(_)), Err(GpuError::Device(_))) => Ok(()),
+        other => Err(format!("{other:?}").into()),
     }
 }
 

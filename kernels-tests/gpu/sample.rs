@@ -10,6 +10,7 @@ use rest3d_gpu::world::Stream;
 
 pub const TESTS: &[Test] = &[
     ("sample::is_its_twin", is_its_twin),
+    ("sample::fills_several_rows_of_workgroups", fills_several_rows_of_workgroups),
     ("sample::candidate_zero_may_be_the_mean", candidate_zero_may_be_the_mean),
     ("sample::a_candidate_does_not_depend_on_the_others", a_candidate_does_not_depend_on_the_others),
 ];
@@ -69,6 +70,12 @@ fn is_its_twin(device: &Device) -> Result<(), Failed> {
         }
     }
     Ok(())
+}
+
+/// 65536 workgroups are one more than a row has on most adapters.
+fn fills_several_rows_of_workgroups(device: &Device) -> Result<(), Failed> {
+    let candidates = 65535 * 64 / 2 + 7;
+    drawn(device, candidates, 1, false, &twin(candidates, 1)).map(drop)
 }
 
 fn candidate_zero_may_be_the_mean(device: &Device) -> Result<(), Failed> {

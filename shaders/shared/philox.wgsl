@@ -31,10 +31,24 @@ fn philox(counter: vec4<u32>, key: vec2<u32>) -> vec4<u32> {
     return x;
 }
 
+// Natural logarithm of positive normal numbers. Shaders promise theirs near 1 to 2⁻²¹ only, and the root of that would be
+// an error of 10⁻³ in a radius. x = m · 2ᵏ with m in [√½, √2), and ln m = 2 artanh((m − 1) / (m + 1)).
+fn logarithm(x: vec2<f32>) -> vec2<f32> {
+    const LN_2: f32 = 0.6931472;
+    const ROOT_HALF_BITS = 0x3f3504f3u;
+    let bits = bitcast<vec2<u32>>(x);
+    let k = bitcast<vec2<i32>>(bits - ROOT_HALF_BITS) >> vec2(23u);
+    let m = bitcast<vec2<f32>>(bits - (bitcast<vec2<u32>>(k) << vec2(23u)));
+    let s = (m - 1.0) / (m + 1.0);
+    let t = s * s;
+    let series = 1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t / 9.0)));
+    return vec2<f32>(k) * LN_2 + 2.0 * s * series;
+}
+
 // Four standard normals from four random words (Box and Muller). Radii come from 24 bits in (0, 1], so the logarithm is
 // finite; angles lie in [−π, π), where shaders promise accurate sines.
 fn normals(words: vec4<u32>) -> vec4<f32> {
-    let radius = sqrt(-2.0 * log(vec2<f32>((words.xz >> vec2(8u)) + vec2(1u)) * PHILOX_UNIT));
+    let radius = sqrt(-2.0 * logarithm(vec2<f32>((words.xz >> vec2(8u)) + vec2(1u)) * PHILOX_UNIT));
     let angle = (vec2<f32>(words.yw >> vec2(8u)) * PHILOX_UNIT - 0.5) * TAU;
     let x = radius * cos(angle);
     let y = radius * sin(angle);
