@@ -27,8 +27,7 @@ type Test = (&'static str, fn(&Device) -> Result<(), Failed>);
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let required = env::var("REST3D_GPU_REQUIRE_ADAPTER").is_ok_and(|value| value != "0");
-    let choice: AdapterChoice = env::var("REST3D_GPU_ADAPTER").unwrap_or_default().parse().unwrap();
-    let choice = if choice == AdapterChoice::Name(String::new()) { AdapterChoice::Auto } else { choice };
+    let choice: AdapterChoice = env::var("REST3D_GPU_ADAPTER").unwrap_or_else(|_| "auto".into()).parse().unwrap();
     let opened = Arc::new(Gpu::open(&choice).map(Device::new));
     let absent = match opened.as_ref() {
         Ok(device) => {

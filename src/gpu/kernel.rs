@@ -144,7 +144,7 @@ fn module(gpu: &Gpu, shader: &Shader) -> wgpu::ShaderModule {
         source: wgpu::ShaderSource::Wgsl(shader.source.into()),
     };
     let checks = wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
-    // SAFETY: the build accepts no loop but `for`, and every `for` in `shaders/` counts up to a bound.
+    // SAFETY: the build accepts no loop but `for`, and every `for` in `shaders/` counts towards a bound.
     unsafe { gpu.device.create_shader_module_trusted(descriptor, checks) }
 }
 
