@@ -582,9 +582,31 @@ fn a_candidate_of_a_finished_run_is_replayed() {
 }
 
 #[test]
+fn adapters_are_listed_or_it_says_what_to_install() {
+    let command = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
+        command.arg("adapters");
+        command
+    };
+    let output = command().arg("--json").output().unwrap();
+    assert!(output.status.success());
+    let list: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for (i, adapter) in list.as_array().unwrap().iter().enumerate() {
+        assert_eq!(adapter["index"], i);
+        assert!(adapter["name"].is_string() && adapter["missing"].is_array());
+    }
+    if cfg!(target_os = "linux") {
+        let nowhere = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|variable| (variable, "/nonexistent"));
+        let output = command().envs(nowhere).output().unwrap();
+        assert!(output.status.success());
+        assert!(text(&output.stdout).contains("libvulkan1"), "{}", text(&output.stdout));
+    }
+}
+
+#[test]
 fn help_lists_only_what_exists() {
     let help = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu")).arg("--help").output().unwrap();
     let help = text(&help.stdout);
-    assert!(help.contains("optimize") && help.contains("simulate"));
+    assert!(help.contains("optimize") && help.contains("simulate") && help.contains("adapters"));
     assert!(!help.contains("bench") && !help.contains("evaluate"));
 }

@@ -1,10 +1,11 @@
 //! Turns a reconstructed 3D scene into one that stands still in a physics engine.
 //!
 //! The flow is one-way: `scene` (the document) → `shape` (convex parts and mass) → `world` (what a backend
-//! simulates) → `cpu` (the simulator) → `optimize` (the search) → `report`. Nothing below `commands` prints.
+//! simulates) → `cpu`, `gpu` (the simulators) → `optimize` (the search) → `report`. Nothing below `commands` prints.
 
 pub mod cpu;
 pub mod files;
+pub mod gpu;
 pub mod import;
 pub mod optimize;
 pub mod report;

@@ -1,6 +1,7 @@
 //! The subcommands, one thin file each, and what they share: choosing a backend, loading a configuration, making the
 //! shapes, showing progress. Only this module prints: messages and progress to stderr, the result to stdout.
 
+mod adapters;
 mod backend;
 mod config;
 mod interrupt;
@@ -34,6 +35,7 @@ pub struct Cli {
 enum Command {
     Optimize(optimize::Args),
     Simulate(simulate::Args),
+    Adapters(adapters::Args),
 }
 
 impl Cli {
@@ -45,6 +47,7 @@ impl Cli {
         match &self.command {
             Command::Optimize(args) => optimize::run(args),
             Command::Simulate(args) => simulate::run(args),
+            Command::Adapters(args) => adapters::run(args),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The CPU backend: one file per kernel, named as the shaders will be; candidates in parallel over all cores.
 
+pub mod best;
 mod broad_phase;
 mod contacts;
 pub mod elites;

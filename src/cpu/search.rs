@@ -4,6 +4,7 @@
 //! at the start. Poses are not kept: the winner is simulated again when it is asked for, which gives the same bits.
 
 use super::{
+    best::best,
     elites::elites,
     energy::{Trial, energy},
     moments::moments,
@@ -12,7 +13,7 @@ use super::{
 };
 use crate::world::{
     BackendError, Best, Distribution, Energy, IterationStats, Pose, Search, SearchSettings, Status, Stream, Velocity,
-    World,
+    Winner, World,
 };
 use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -49,14 +50,6 @@ struct Lane<S> {
     record: Record,
 }
 
-/// The best candidate so far; its adjustment lies in the last row of `CpuSearch::deltas`.
-#[derive(Clone, Copy)]
-struct Winner {
-    energy: Energy,
-    iteration: u32,
-    candidate: u32,
-}
-
 /// About how many bytes a search holds: numbers for every candidate, simulation slots for every thread.
 pub fn bytes(world: &World, candidates: u32) -> u64 {
     let row = 4 * world.dimensions() + size_of::<Energy>() + size_of::<Status>() + 8;
@@ -79,10 +72,8 @@ pub struct CpuSearch<'a, R: Rollout> {
     distribution: Distribution,
     floor: Vec<f32>,
     iteration: u32,
-    winner: Option<Winner>,
+    winner: Winner,
 }
-
-const FAILED: Energy = Energy { total: f32::INFINITY, stability: 0.0, velocity: 0.0, penetration: 0.0, layout: 0.0 };
 
 impl<'a, R: Rollout> CpuSearch<'a, R> {
     /// Prepares all buffers: one lane a thread, one slot a candidate.
@@ -109,14 +100,14 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
             lanes,
             rollout,
             deltas: vec![0.0; (candidates + 1) * world.dimensions()],
-            energies: vec![FAILED; candidates],
+            energies: vec![Winner::NONE.energy; candidates],
             statuses: vec![Status::default(); candidates],
             order: vec![0; candidates],
             elites: Vec::with_capacity(candidates),
             distribution,
             floor,
             iteration: 0,
-            winner: None,
+            winner: Winner::NONE,
         }
     }
 
@@ -178,20 +169,15 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
 
         let wanted = self.settings.cem.elite_count() as usize;
         let usable = elites(&self.energies, wanted, &mut self.order);
-        let first = self.order[0];
-        let iteration_best = self.energies[first as usize];
-        let candidates = self.energies.len();
-        self.elites.clear();
-        if iteration_best.total < self.winner.map_or(f32::INFINITY, |winner| winner.energy.total) {
-            self.winner = Some(Winner { energy: iteration_best, iteration: self.iteration, candidate: first });
-            let row = first as usize * width;
-            self.deltas.copy_within(row..row + width, candidates * width);
-        } else if self.winner.is_some() {
-            // As in the released code, the best ever takes the place of the worst elite.
-            self.elites.push(candidates as u32);
-        }
-        let rest = usable.min(wanted - self.elites.len());
-        self.elites.extend_from_slice(&self.order[..rest]);
+        best(
+            &self.energies,
+            (&self.order, usable),
+            wanted,
+            self.iteration,
+            &mut self.deltas,
+            &mut self.winner,
+            &mut self.elites,
+        );
         moments(
             &self.deltas,
             &self.elites,
@@ -201,14 +187,11 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
             &mut self.distribution.std,
         );
 
-        let energy_of = |&row: &u32| match self.winner {
-            Some(winner) if row as usize == candidates => winner.energy.total,
-            _ => self.energies[row as usize].total,
-        };
+        let energy_of = |&row: &u32| self.energies.get(row as usize).unwrap_or(&self.winner.energy).total;
         let stats = IterationStats {
             iteration: self.iteration,
-            best: self.winner.map_or(FAILED, |winner| winner.energy),
-            iteration_best: iteration_best.total,
+            best: self.winner.energy,
+            iteration_best: self.energies[self.order[0] as usize].total,
             elite_mean: match self.elites.len() {
                 0 => f32::INFINITY,
                 n => self.elites.iter().map(energy_of).sum::<f32>() / n as f32,
@@ -235,7 +218,7 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
     }
 
     fn best(&mut self) -> Option<Best> {
-        let Winner { energy, iteration, candidate } = self.winner?;
+        let Winner { energy, iteration, candidate } = Some(self.winner).filter(Winner::is_known)?;
         let delta = self.deltas[self.energies.len() * self.world.dimensions()..].to_vec();
         let mut lane = lock(&self.lanes[0]);
         lane.evaluate(self.world, self.settings, &self.rollout, &delta);

@@ -110,6 +110,32 @@ pub struct Energy {
     pub layout: f32,
 }
 
+/// The best candidate so far, without its adjustment and poses.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Winner {
+    /// Its energy; a total of +∞ says that no candidate was usable yet.
+    pub energy: Energy,
+    /// Iteration in which it was drawn.
+    pub iteration: u32,
+    /// Its index in that iteration.
+    pub candidate: u32,
+}
+
+impl Winner {
+    /// Before the first usable candidate.
+    pub const NONE: Self = Self {
+        energy: Energy { total: f32::INFINITY, stability: 0.0, velocity: 0.0, penetration: 0.0, layout: 0.0 },
+        iteration: 0,
+        candidate: 0,
+    };
+
+    /// True once a candidate was usable.
+    pub fn is_known(&self) -> bool {
+        self.energy.total.is_finite()
+    }
+}
+
 /// What one iteration reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IterationStats {

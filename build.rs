@@ -1,0 +1,37 @@
+//! Turns `shaders/*.wgsl` into `$OUT_DIR/shaders.rs`, or fails with every error of every shader.
+
+#[path = "build/check.rs"]
+mod check;
+#[path = "build/compose.rs"]
+mod compose;
+#[path = "build/generate.rs"]
+mod generate;
+#[path = "build/reflect.rs"]
+mod reflect;
+#[path = "build/translate.rs"]
+mod translate;
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::{env, fs};
+
+fn main() -> ExitCode {
+    const CONSTANTS: &str = "src/world/constants.rs";
+    for input in ["build.rs", "build", "shaders", CONSTANTS] {
+        println!("cargo::rerun-if-changed={input}");
+    }
+    let constants = fs::read_to_string(CONSTANTS).expect("the constants belong to this package");
+    let library = compose::Library::read(Path::new("shaders"), &constants).expect("the shaders belong to this package");
+    let (kernels, errors) = reflect::kernels(&library, translate::translate);
+    for error in &errors {
+        eprintln!("{error}");
+    }
+    if !errors.is_empty() {
+        eprintln!("{} errors in shaders", errors.len());
+        return ExitCode::FAILURE;
+    }
+    let out = env::var_os("OUT_DIR").expect("cargo sets it");
+    fs::write(Path::new(&out).join("shaders.rs"), generate::source(&kernels, &constants))
+        .expect("cargo's folder can be written");
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,58 @@
+//! Every GPU kernel against its twin in `src/cpu`, on the adapter at hand.
+//!
+//! Without an adapter the tests show as ignored; with `REST3D_GPU_REQUIRE_ADAPTER=1` they fail. `REST3D_GPU_ADAPTER`
+//! chooses the adapter as `--adapter` does.
+
+#![allow(clippy::unwrap_used)]
+
+mod best;
+mod chain;
+mod common;
+mod device;
+mod elites;
+mod energy;
+mod moments;
+mod place;
+mod sample;
+
+use common::Device;
+use libtest_mimic::{Arguments, Failed, Trial};
+use rest3d_gpu::gpu::{AdapterChoice, Gpu};
+use std::process::ExitCode;
+use std::{env, sync::Arc};
+
+/// A test by name.
+type Test = (&'static str, fn(&Device) -> Result<(), Failed>);
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let required = env::var("REST3D_GPU_REQUIRE_ADAPTER").is_ok_and(|value| value != "0");
+    let choice: AdapterChoice = env::var("REST3D_GPU_ADAPTER").unwrap_or_else(|_| "auto".into()).parse().unwrap();
+    let opened = Arc::new(Gpu::open(&choice).map(Device::new));
+    let absent = match opened.as_ref() {
+        Ok(device) => {
+            eprintln!("adapter: {}", device.gpu.report().name);
+            false
+        }
+        Err(error) => {
+            eprintln!("no tests on the GPU: {error}");
+            !required
+        }
+    };
+    let modules = [
+        sample::TESTS,
+        place::TESTS,
+        energy::TESTS,
+        elites::TESTS,
+        best::TESTS,
+        moments::TESTS,
+        chain::TESTS,
+        device::TESTS,
+    ];
+    let trials = modules.into_iter().flatten().map(|&(name, test)| {
+        let opened = Arc::clone(&opened);
+        let run = move || test(opened.as_ref().as_ref().map_err(|error| error.to_string())?);
+        Trial::test(name, run).with_ignored_flag(absent)
+    });
+    libtest_mimic::run(&arguments, trials.collect()).exit_code()
+}

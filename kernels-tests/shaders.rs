@@ -1,0 +1,167 @@
+//! The build step that reads the shaders: what it finds out, what it refuses, and errors that say where.
+//!
+//! That every shader translates for every platform is part of the step itself, see `build/translate.rs`.
+
+#![allow(missing_docs, clippy::unwrap_used)]
+
+#[allow(dead_code)]
+#[path = "../build/check.rs"]
+mod check;
+#[allow(dead_code)]
+#[path = "../build/compose.rs"]
+mod compose;
+#[path = "../build/generate.rs"]
+mod generate;
+#[allow(dead_code)]
+#[path = "../build/reflect.rs"]
+mod reflect;
+
+use compose::{File, Library};
+use reflect::{Access, Kernel};
+use std::path::Path;
+
+fn shipped() -> Library {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let constants = std::fs::read_to_string(root.join("src/world/constants.rs")).unwrap();
+    Library::read(&root.join("shaders"), &constants).unwrap()
+}
+
+/// A library of two files, `kernel.wgsl` and `shared/module.wgsl`.
+fn library(kernel: &str, module: &str) -> Library {
+    let file = |path: &str, text: &str| File { path: path.into(), text: text.into() };
+    let mut library = Library::default();
+    library.kernels.insert("kernel".into(), file("kernel.wgsl", kernel));
+    library.shared.insert("module".into(), file("shared/module.wgsl", module));
+    library
+}
+
+fn kernels(library: &Library) -> (Vec<Kernel>, Vec<String>) {
+    reflect::kernels(library, |_, _, _| Vec::new())
+}
+
+fn errors(kernel: &str, module: &str) -> String {
+    kernels(&library(kernel, module)).1.join("\n")
+}
+
+const GOOD: &str = "
+@group(0) @binding(0) var<storage, read> source: array<u32>;
+@group(0) @binding(1) var<storage, read_write> target_: array<u32>;
+@compute @workgroup_size(8, 2)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    target_[id.x] = source[id.x];
+}";
+
+#[test]
+fn constants_have_their_rust_values() {
+    let module = &shipped().shared["constants"];
+    let rust = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(&module.path)).unwrap();
+    let count = compose::rust_constants(&rust).count();
+    assert_eq!(count, rust.matches("pub const ").count());
+    for (name, _, _) in compose::rust_constants(&rust) {
+        let line = |text: &str, word: String| text.lines().position(|line| line.starts_with(&word)).unwrap();
+        let [ours, theirs] = [line(&module.text, format!("const {name}:")), line(&rust, format!("pub const {name}:"))];
+        assert_eq!(ours, theirs, "errors in {name} would point to the wrong line");
+    }
+    // The values themselves are compared when the library is compiled.
+    let used = naga::front::wgsl::parse_str(&module.text).unwrap();
+    assert_eq!(used.constants.len(), count);
+}
+
+#[test]
+fn a_kernel_is_reflected() {
+    let (kernels, errors) = kernels(&library(GOOD, ""));
+    assert!(errors.is_empty(), "{errors:?}");
+    let kernel = &kernels[0];
+    assert_eq!((kernel.name.as_str(), kernel.workgroup), ("kernel", [8, 2, 1]));
+    let slots: Vec<_> = kernel.bindings.iter().map(|b| (b.name.as_str(), b.access, b.element.as_str())).collect();
+    assert_eq!(slots, [("source", Access::Read, "u32"), ("target", Access::Write, "u32")]);
+}
+
+/// What is generated names every kernel, buffer and member, so that a change of any of them does not compile.
+#[test]
+fn the_generated_code_checks_names_types_and_layouts() {
+    let (kernels, _) = kernels(&shipped());
+    let code = generate::source(&kernels, "pub const TOUCHING_DEPTH: f32 = 1e-3;");
+    for line in [
+        "pub place: Kernel,",
+        "pub struct PlaceBuffers<'a> {",
+        "pub deltas: Read<'a, f32>,",
+        "pub placed: Write<'a, Pose>,",
+        "assert!(size_of::<Pose>() == 32,",
+        "assert!(offset_of!(Pose, translation) == 16,",
+        "assert!(offset_of!(Energy, layout) == 16,",
+        "assert!(constants::TOUCHING_DEPTH == crate::world::constants::TOUCHING_DEPTH,",
+    ] {
+        assert!(code.contains(line), "{line}");
+    }
+}
+
+/// Every kernel has its twin and its test.
+#[test]
+fn every_kernel_has_its_twin_and_its_test() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for name in shipped().kernels.keys() {
+        for folder in ["src/cpu", "kernels-tests/gpu"] {
+            let file = root.join(folder).join(name).with_extension("rs");
+            assert!(file.is_file(), "{} is missing", file.display());
+        }
+    }
+}
+
+#[test]
+fn a_translation_that_fails_is_an_error() {
+    let (kernels, errors) = reflect::kernels(&library(GOOD, ""), |_, _, _| vec!["not on this platform".into()]);
+    assert!(kernels.is_empty());
+    assert_eq!(errors, ["not on this platform"]);
+}
+
+#[test]
+fn imports_are_taken_once_and_nest() {
+    let mut library = library("#import module\n#import module\n#import other\nlast", "#import other\nmiddle");
+    library.shared.insert("other".into(), File { path: "shared/other.wgsl".into(), text: "first".into() });
+    let composed = library.compose("kernel").unwrap();
+    assert_eq!(composed.source, "first\nmiddle\nlast\n");
+    let places: Vec<_> = composed.origins.iter().map(|o| (o.file.as_str(), o.line)).collect();
+    assert_eq!(places, [("shared/other.wgsl", 1), ("shared/module.wgsl", 2), ("kernel.wgsl", 4)]);
+}
+
+#[test]
+fn an_unknown_import_is_an_error() {
+    let text = errors("\n#import modul\n", "");
+    assert!(text.contains("unknown import `modul`") && text.contains("kernel.wgsl:2"), "{text}");
+}
+
+#[test]
+fn errors_point_into_the_file_that_has_them() {
+    let text = errors(&format!("#import module\n{GOOD}"), "fn one() -> u32 {\n    return 1.5;\n}");
+    assert!(text.contains("shared/module.wgsl:2:"), "{text}");
+    let text = errors(&GOOD.replace("source[id.x]", "sauce[id.x]"), "");
+    assert!(text.contains("kernel.wgsl:6:") && text.contains("^^^^^ "), "{text}");
+}
+
+#[test]
+fn the_errors_of_all_shaders_are_collected() {
+    let mut library = library("fn main() { missing(); }", "");
+    library.kernels.insert("second".into(), File { path: "second.wgsl".into(), text: "#import nothing".into() });
+    let (_, errors) = kernels(&library);
+    assert_eq!(errors.len(), 2, "{errors:?}");
+    assert!(errors[0].contains("kernel.wgsl:1:") && errors[1].contains("second.wgsl:1"), "{errors:?}");
+}
+
+#[test]
+fn conventions_are_enforced() {
+    for (from, to, complaint) in [
+        ("target_[id.x] =", "while (true) {} target_[id.x] =", "only bounded `for` loops"),
+        ("target_[id.x] =", "for (;;) { break; } target_[id.x] =", "only bounded `for` loops"),
+        ("target_[id.x] =", "loop { break; } target_[id.x] =", "only bounded `for` loops"),
+        ("target_[id.x] = source[id.x]", "target_[id.x] = 1u", "never used"),
+        ("target_[id.x] = source[id.x]", "let x = target_[source[id.x]]", "never written"),
+        ("binding(1)", "binding(2)", "expected group 0, binding 1"),
+        ("fn main", "fn start", "called `main`"),
+        ("array<u32>", "array<mat3x3<f32>>", "buffers hold"),
+        ("target_[id.x] =", "let x = f16(1.0); target_[id.x] =", "f16"),
+    ] {
+        let text = errors(&GOOD.replace(from, to), "");
+        assert!(text.contains(complaint), "{to}: {text}");
+    }
+}

@@ -1,0 +1,310 @@
+//! Which adapter computes, and whether it can.
+//!
+//! What an adapter needs is read off the kernels. All its limits are asked for, no optional feature is. A missing Vulkan
+//! loader, driver or limit is an error with its remedy, never a panic.
+
+use super::kernel::{Access, Shader};
+use super::kernels::SHADERS;
+use crate::world::BackendError;
+use serde::Serialize;
+use std::fmt;
+use std::str::FromStr;
+use std::sync::{Arc, Mutex, PoisonError};
+use thiserror::Error;
+
+/// What to do when no adapter shows up.
+pub const INSTALL_HINT: &str = if cfg!(target_os = "linux") {
+    "install the Vulkan loader and a driver (Debian, Ubuntu: apt-get install libvulkan1 mesa-vulkan-drivers, which also \
+     brings a software adapter; NVIDIA cards need NVIDIA's own driver)"
+} else {
+    "install the graphics driver of the card's maker"
+};
+
+/// Bytes that one buffer must be able to hold: what WebGPU promises everywhere.
+const LEAST_BINDING: u64 = 128 << 20;
+
+/// Why the GPU cannot be used.
+#[derive(Clone, Debug, Error)]
+pub enum GpuError {
+    /// No adapter at all, or none that was asked for.
+    #[error("{0}")]
+    NoAdapter(String),
+    /// The adapter lacks something.
+    #[error("{name} cannot run the kernels: {}", missing.join("; "))]
+    Unfit {
+        /// The adapter.
+        name: String,
+        /// What it lacks.
+        missing: Vec<String>,
+    },
+    /// A buffer is larger than the adapter allows.
+    #[error("{0}")]
+    Capacity(String),
+    /// The driver failed.
+    #[error("graphics device: {0}")]
+    Device(String),
+}
+
+impl From<GpuError> for BackendError {
+    fn from(error: GpuError) -> Self {
+        match error {
+            GpuError::Capacity(message) => Self::Capacity(message),
+            other => Self::Device(other.to_string()),
+        }
+    }
+}
+
+/// What kind of processor an adapter is, the preferred first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AdapterKind {
+    /// A card with memory of its own.
+    Discrete,
+    /// Shares the processor's memory.
+    Integrated,
+    /// A part of a card, lent by a hypervisor.
+    Virtual,
+    /// The driver does not say.
+    Other,
+    /// The processor itself.
+    Software,
+}
+
+impl AdapterKind {
+    const NAMES: [(Self, &'static str); 5] = [
+        (Self::Discrete, "discrete"),
+        (Self::Integrated, "integrated"),
+        (Self::Virtual, "virtual"),
+        (Self::Other, "other"),
+        (Self::Software, "software"),
+    ];
+}
+
+impl fmt::Display for AdapterKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        Self::NAMES.iter().filter(|(kind, _)| kind == self).try_for_each(|(_, name)| f.write_str(name))
+    }
+}
+
+impl From<wgpu::DeviceType> for AdapterKind {
+    fn from(kind: wgpu::DeviceType) -> Self {
+        match kind {
+            wgpu::DeviceType::DiscreteGpu => Self::Discrete,
+            wgpu::DeviceType::IntegratedGpu => Self::Integrated,
+            wgpu::DeviceType::VirtualGpu => Self::Virtual,
+            wgpu::DeviceType::Cpu => Self::Software,
+            wgpu::DeviceType::Other => Self::Other,
+        }
+    }
+}
+
+/// Which adapter the user wants.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// The best that is fit.
+    #[default]
+    Auto,
+    /// Its number in the list of `adapters`.
+    Index(usize),
+    /// The best of a kind.
+    Kind(AdapterKind),
+    /// A part of its name, in any case.
+    Name(String),
+}
+
+impl FromStr for AdapterChoice {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let text = text.trim().to_lowercase();
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        if let Ok(index) = text.parse() {
+            return Ok(Self::Index(index));
+        }
+        let kind = AdapterKind::NAMES.iter().find(|(_, name)| *name == text);
+        Ok(kind.map_or(Self::Name(text), |(kind, _)| Self::Kind(*kind)))
+    }
+}
+
+impl fmt::Display for AdapterChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Index(index) => write!(f, "{index}"),
+            Self::Kind(kind) => write!(f, "{kind}"),
+            Self::Name(name) => f.write_str(name),
+        }
+    }
+}
+
+/// One adapter and its fitness.
+#[derive(Clone, Debug, Serialize)]
+pub struct AdapterReport {
+    /// Number that selects it.
+    pub index: usize,
+    /// Name that its driver gives it.
+    pub name: String,
+    /// Kind of processor.
+    pub kind: AdapterKind,
+    /// Graphics interface by which it is reached.
+    pub api: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Largest buffer that a kernel can use, bytes.
+    pub max_binding_bytes: u64,
+    /// What it lacks; empty if it can run the kernels.
+    pub missing: Vec<String>,
+}
+
+impl AdapterReport {
+    /// True if it can run the kernels.
+    pub fn is_fit(&self) -> bool {
+        self.missing.is_empty()
+    }
+
+    fn new(index: usize, adapter: &wgpu::Adapter) -> Self {
+        let info = adapter.get_info();
+        let limits = adapter.limits();
+        Self {
+            index,
+            name: info.name,
+            kind: info.device_type.into(),
+            api: format!("{:?}", info.backend),
+            driver: format!("{} {}", info.driver, info.driver_info).trim().into(),
+            max_binding_bytes: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            missing: missing(adapter, &limits),
+        }
+    }
+
+    fn matches(&self, choice: &AdapterChoice) -> bool {
+        match choice {
+            AdapterChoice::Auto => true,
+            AdapterChoice::Index(index) => self.index == *index,
+            AdapterChoice::Kind(kind) => self.kind == *kind,
+            AdapterChoice::Name(part) => self.name.to_lowercase().contains(part),
+        }
+    }
+}
+
+/// What the kernels need and an adapter does not have.
+fn missing(adapter: &wgpu::Adapter, limits: &wgpu::Limits) -> Vec<String> {
+    let most = |of: &dyn Fn(&Shader) -> u32| SHADERS.iter().map(|shader| of(shader)).max().unwrap_or(0);
+    let slots = |shader: &Shader, uniform: bool| {
+        shader.slots.iter().filter(|slot| (slot.access == Access::Uniform) == uniform).count() as u32
+    };
+    let needs = [
+        ("storage buffers a kernel", most(&|s| slots(s, false)), limits.max_storage_buffers_per_shader_stage),
+        ("uniform buffers a kernel", most(&|s| slots(s, true)), limits.max_uniform_buffers_per_shader_stage),
+        (
+            "invocations a workgroup",
+            most(&|s| s.workgroup.iter().product()),
+            limits.max_compute_invocations_per_workgroup,
+        ),
+        ("bytes of workgroup memory", most(&|s| s.workgroup_bytes), limits.max_compute_workgroup_storage_size),
+    ];
+    let mut missing = Vec::new();
+    if !adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
+        missing.push("compute shaders".into());
+    }
+    for (what, need, have) in needs {
+        if have < need {
+            missing.push(format!("{need} {what} (it has {have})"));
+        }
+    }
+    let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if binding < LEAST_BINDING {
+        missing.push(format!("buffers of {} MiB (it has {})", LEAST_BINDING >> 20, binding >> 20));
+    }
+    missing
+}
+
+fn instance() -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
+}
+
+fn enumerate(instance: &wgpu::Instance) -> Vec<(AdapterReport, wgpu::Adapter)> {
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    adapters.into_iter().enumerate().map(|(i, adapter)| (AdapterReport::new(i, &adapter), adapter)).collect()
+}
+
+/// All adapters of this machine.
+pub fn adapters() -> Vec<AdapterReport> {
+    enumerate(&instance()).into_iter().map(|(report, _)| report).collect()
+}
+
+/// An opened adapter.
+pub struct Gpu {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) limits: wgpu::Limits,
+    report: AdapterReport,
+    failure: Arc<Mutex<Option<String>>>,
+}
+
+impl Gpu {
+    /// Opens the adapter that was asked for; among several, the fit before the unfit, then the best kind.
+    ///
+    /// # Errors
+    /// If there is none, it lacks something, or its driver refuses.
+    pub fn open(choice: &AdapterChoice) -> Result<Self, GpuError> {
+        let mut found = enumerate(&instance());
+        if found.is_empty() {
+            return Err(GpuError::NoAdapter(format!("no graphics adapter: {INSTALL_HINT}")));
+        }
+        let names: Vec<String> = found.iter().map(|(report, _)| format!("{} {}", report.index, report.name)).collect();
+        found.retain(|(report, _)| report.matches(choice));
+        let best = found.into_iter().min_by_key(|(report, _)| (!report.is_fit(), report.kind, report.index));
+        let Some((report, adapter)) = best else {
+            return Err(GpuError::NoAdapter(format!(
+                "no graphics adapter `{choice}`; there are: {}",
+                names.join(", ")
+            )));
+        };
+        if !report.is_fit() {
+            return Err(GpuError::Unfit { name: report.name, missing: report.missing });
+        }
+        let limits = adapter.limits();
+        let request = wgpu::DeviceDescriptor {
+            label: Some("rest3d-gpu"),
+            required_features: wgpu::Features::empty(),
+            required_limits: limits.clone(),
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&request))
+            .map_err(|error| GpuError::Device(format!("{}: {error}", report.name)))?;
+        let failure = Arc::new(Mutex::new(None));
+        let keep = |message: String, failure: &Mutex<Option<String>>| {
+            failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+        };
+        let uncaptured = Arc::clone(&failure);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(error.to_string(), &uncaptured)));
+        let lost = Arc::clone(&failure);
+        device.set_device_lost_callback(move |reason, message| keep(format!("lost ({reason:?}): {message}"), &lost));
+        Ok(Self { device, queue, limits, report, failure })
+    }
+
+    /// The adapter.
+    pub fn report(&self) -> &AdapterReport {
+        &self.report
+    }
+
+    /// Fails if anything went wrong on the device since it was opened.
+    ///
+    /// # Errors
+    /// With the driver's first complaint.
+    pub fn check(&self) -> Result<(), GpuError> {
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.clone().map_or(Ok(()), |message| Err(GpuError::Device(message)))
+    }
+
+    /// Waits until everything submitted is done.
+    ///
+    /// # Errors
+    /// If the device failed.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| GpuError::Device(error.to_string()))?;
+        self.check()
+    }
+}

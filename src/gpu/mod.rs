@@ -1,0 +1,19 @@
+//! The GPU backend: the kernels of `shaders/`, and what runs them on any adapter that wgpu reaches.
+//!
+//! A kernel `NAME` is `shaders/NAME.wgsl` and has its twin in `src/cpu/NAME.rs`. The build generates a struct of all
+//! kernels and one struct of buffers for each; `docs/gpu.md` says how the next one is written. Nothing of wgpu is visible
+//! outside this folder.
+
+mod buffer;
+mod device;
+mod kernel;
+pub mod kernels;
+mod layout;
+mod population;
+
+pub use buffer::{Buffer, Download, Read, Uniform, Write};
+pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, adapters};
+pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
+pub use kernels::{Kernels, SHADERS};
+pub use layout::{Batch, Draw, Update, Weights};
+pub use population::Population;

@@ -1,0 +1,233 @@
+//! All buffers of one search, and the kernels before and after the simulation of its candidates.
+//!
+//! Everything is made here once. An iteration records `draw`, the simulation of `poses` and `velocities`, and `rank`;
+//! nothing comes back but what the caller fetches.
+
+use super::buffer::Buffer;
+use super::device::{Gpu, GpuError};
+use super::kernel::{Recorder, Step};
+use super::kernels::{self, Kernels};
+use super::layout::{Batch, Body, Draw, Energy, Pose, Unit, Update, Velocity, Weights, Winner};
+use crate::world::{Distribution, SearchSettings, Stream, World};
+
+/// The candidates of a search. Tables of all candidates are candidate-major.
+#[allow(missing_docs)]
+pub struct Population {
+    /// The same in every iteration.
+    pub batch: Buffer<Batch>,
+    pub weights: Buffer<Weights>,
+    pub update: Buffer<Update>,
+    /// The same in every candidate: `[bodies]`, `[units]`.
+    pub bodies: Buffer<Body>,
+    pub units: Buffer<Unit>,
+    pub start: Buffer<Pose>,
+    pub reference: Buffer<Pose>,
+    /// The search: `[dimensions]`.
+    pub draw: Buffer<Draw>,
+    pub mean: Buffer<f32>,
+    pub std: Buffer<f32>,
+    pub floors: Buffer<f32>,
+    /// `[candidates + 1][dimensions]`; the last row is the winner's.
+    pub deltas: Buffer<f32>,
+    /// Poses at placement, `[candidates][bodies]`.
+    pub placed: Buffer<Pose>,
+    /// What the simulation moves, `[candidates][bodies]`: at first as placed and at rest.
+    pub poses: Buffer<Pose>,
+    pub velocities: Buffer<Velocity>,
+    /// What the simulation records: velocities of step τ, `[candidates][bodies]`, deepest overlaps, `[candidates][pairs]`,
+    /// and bits of `world::Status`, `[candidates]`.
+    pub snapshot: Buffer<Velocity>,
+    pub depths_placed: Buffer<f32>,
+    pub depths_settled: Buffer<f32>,
+    pub statuses: Buffer<u32>,
+    /// `[candidates]`
+    pub energies: Buffer<Energy>,
+    /// Scratch of the sort, `[candidates rounded up to a power of two]`.
+    pub keys: Buffer<[u32; 2]>,
+    /// Candidates by rank, `[candidates]`, and how many of the first are usable elites.
+    pub order: Buffer<u32>,
+    pub usable: Buffer<u32>,
+    /// Rows of `deltas` that the distribution follows, and their number.
+    pub elites: Buffer<u32>,
+    pub count: Buffer<u32>,
+    pub winner: Buffer<Winner>,
+    drawing: [Step; 2],
+    ranking: [Step; 4],
+    stream: Stream,
+    sample_mean: bool,
+}
+
+impl Population {
+    /// Makes all buffers and binds the kernels to them.
+    ///
+    /// # Errors
+    /// If a table is larger than the adapter's buffers.
+    pub fn new(
+        gpu: &Gpu,
+        kernels: &Kernels,
+        world: &World,
+        settings: &SearchSettings,
+        stream: Stream,
+    ) -> Result<Self, GpuError> {
+        let cem = &settings.cem;
+        let sizes = Batch::new(world, cem.candidates);
+        let [candidates, rows] = [sizes.candidates as usize, sizes.candidates as usize * world.bodies.len()];
+        let depths = candidates * world.pairs.len();
+        let initial = cem.initial(world.units.len());
+        let floors: Vec<f32> = initial.std.iter().map(|std| cem.std_floor * std).collect();
+        let wanted = cem.elite_count();
+
+        let batch = Buffer::from_slice(gpu, "batch", &[sizes])?;
+        let weights = Buffer::from_slice(gpu, "weights", &[Weights::from(&settings.energy)])?;
+        let update = Buffer::from_slice(gpu, "update", &[Update { wanted, epsilon: cem.std_epsilon }])?;
+        let bodies = Buffer::from_slice(gpu, "bodies", &world.bodies)?;
+        let units = Buffer::from_slice(gpu, "units", &world.units)?;
+        let start = Buffer::from_slice(gpu, "start", &world.start)?;
+        let reference = Buffer::from_slice(gpu, "reference", &world.reference)?;
+        let draw = Buffer::from_slice(gpu, "draw", &[Draw::new(stream, 0, cem.sample_mean)])?;
+        let mean = Buffer::from_slice(gpu, "mean", &initial.mean)?;
+        let std = Buffer::from_slice(gpu, "std", &initial.std)?;
+        let floors = Buffer::from_slice(gpu, "floors", &floors)?;
+        let deltas = Buffer::new(gpu, "deltas", (candidates + 1) * world.dimensions())?;
+        let placed = Buffer::new(gpu, "placed", rows)?;
+        let poses = Buffer::new(gpu, "poses", rows)?;
+        let velocities = Buffer::new(gpu, "velocities", rows)?;
+        let snapshot = Buffer::new(gpu, "snapshot", rows)?;
+        let depths_placed = Buffer::new(gpu, "depths_placed", depths)?;
+        let depths_settled = Buffer::new(gpu, "depths_settled", depths)?;
+        let statuses = Buffer::new(gpu, "statuses", candidates)?;
+        let energies = Buffer::new(gpu, "energies", candidates)?;
+        let keys = Buffer::new(gpu, "keys", candidates.next_power_of_two())?;
+        let order = Buffer::new(gpu, "order", candidates)?;
+        let usable = Buffer::new(gpu, "usable", 1)?;
+        let elites = Buffer::new(gpu, "elites", wanted as usize)?;
+        let count = Buffer::new(gpu, "count", 1)?;
+        let winner = Buffer::from_slice(gpu, "winner", &[Winner::NONE])?;
+
+        let sample = kernels::SampleBuffers {
+            batch: batch.uniform(),
+            draw: draw.uniform(),
+            mean: mean.read(),
+            std: std.read(),
+            deltas: deltas.write(),
+        };
+        let place = kernels::PlaceBuffers {
+            batch: batch.uniform(),
+            bodies: bodies.read(),
+            units: units.read(),
+            start: start.read(),
+            deltas: deltas.read(),
+            placed: placed.write(),
+        };
+        let energy = kernels::EnergyBuffers {
+            batch: batch.uniform(),
+            weights: weights.uniform(),
+            bodies: bodies.read(),
+            reference: reference.read(),
+            placed: placed.read(),
+            settled: poses.read(),
+            snapshot: snapshot.read(),
+            depths_placed: depths_placed.read(),
+            depths_settled: depths_settled.read(),
+            statuses: statuses.read(),
+            energies: energies.write(),
+        };
+        let rank = kernels::ElitesBuffers {
+            batch: batch.uniform(),
+            update: update.uniform(),
+            energies: energies.read(),
+            keys: keys.write(),
+            order: order.write(),
+            usable: usable.write(),
+        };
+        let best = kernels::BestBuffers {
+            batch: batch.uniform(),
+            update: update.uniform(),
+            draw: draw.uniform(),
+            energies: energies.read(),
+            order: order.read(),
+            usable: usable.read(),
+            deltas: deltas.write(),
+            winner: winner.write(),
+            elites: elites.write(),
+            count: count.write(),
+        };
+        let moments = kernels::MomentsBuffers {
+            batch: batch.uniform(),
+            update: update.uniform(),
+            deltas: deltas.read(),
+            elites: elites.read(),
+            count: count.read(),
+            floors: floors.read(),
+            mean: mean.write(),
+            std: std.write(),
+        };
+        let drawing = [
+            sample.step(gpu, kernels, sizes.candidates * sizes.dimensions.div_ceil(4)),
+            place.step(gpu, kernels, rows as u32),
+        ];
+        let ranking = [
+            energy.step(gpu, kernels, sizes.candidates),
+            rank.step(gpu, kernels, 1),
+            best.step(gpu, kernels, 1),
+            moments.step(gpu, kernels, sizes.dimensions),
+        ];
+        let sample_mean = cem.sample_mean;
+        Ok(Self {
+            batch,
+            weights,
+            update,
+            bodies,
+            units,
+            start,
+            reference,
+            draw,
+            mean,
+            std,
+            floors,
+            deltas,
+            placed,
+            poses,
+            velocities,
+            snapshot,
+            depths_placed,
+            depths_settled,
+            statuses,
+            energies,
+            keys,
+            order,
+            usable,
+            elites,
+            count,
+            winner,
+            drawing,
+            ranking,
+            stream,
+            sample_mean,
+        })
+    }
+
+    /// Names the random numbers of everything that is submitted from now on.
+    pub fn set_iteration(&self, gpu: &Gpu, iteration: u32) {
+        self.draw.upload(gpu, &[Draw::new(self.stream, iteration, self.sample_mean)]);
+    }
+
+    /// Replaces the distribution.
+    pub fn set_distribution(&self, gpu: &Gpu, distribution: &Distribution) {
+        self.mean.upload(gpu, &distribution.mean);
+        self.std.upload(gpu, &distribution.std);
+    }
+
+    /// Draws and places the candidates: at rest, with no fault yet.
+    pub fn draw(&self, recorder: &mut Recorder<'_>) {
+        recorder.run(&self.drawing);
+        recorder.copy(&self.placed, &self.poses);
+        recorder.clear(&self.velocities);
+        recorder.clear(&self.statuses);
+    }
+
+    /// Turns what was simulated into energies, elites and the next distribution.
+    pub fn rank(&self, recorder: &mut Recorder<'_>) {
+        recorder.run(&self.ranking);
+    }
+}
