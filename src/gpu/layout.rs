@@ -2,10 +2,11 @@
 //! checked at compile time.
 
 use super::kernels::constants;
-use crate::world::{EnergyWeights, PenetrationMode, STATIC, Status, Stream, World};
+use crate::world::{Capacities, EnergyWeights, PenetrationMode, STATIC, SimSettings, Status, Stream, World};
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 
-pub use crate::world::{Body, Energy, Pose, Unit, Velocity, Winner};
+pub use crate::world::{Body, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
 
 /// Sizes of the batch.
 #[repr(C)]
@@ -107,6 +108,154 @@ pub struct Update {
     pub wanted: u32,
     /// Added to every deviation, m and rad.
     pub epsilon: f32,
+}
+
+/// Parameters of the simulation.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Sim {
+    /// Length of a substep, s.
+    pub substep: f32,
+    /// Length of a small step, s.
+    pub small_step: f32,
+    /// Small steps of a substep.
+    pub small_steps: u32,
+    /// Relaxing sweeps at the end of a substep, and one.
+    pub velocity_iterations: u32,
+    /// m
+    pub contact_offset: f32,
+    /// m
+    pub rest_offset: f32,
+    /// m/s²
+    pub gravity: f32,
+    /// m/s
+    pub max_push_out: f32,
+    /// 1/s
+    pub linear_damping: f32,
+    /// 1/s
+    pub angular_damping: f32,
+    /// Coulomb coefficient.
+    pub friction: f32,
+    /// Slots of a candidate for hull pairs.
+    pub hull_pairs: u32,
+    /// Slots of a candidate for patches, and as many for contact points.
+    pub contacts: u32,
+}
+
+impl Sim {
+    /// The settings as the kernels read them.
+    pub fn new(settings: &SimSettings, capacities: Capacities) -> Self {
+        let small_steps = settings.position_iterations.max(1);
+        let substeps = settings.substeps.max(1);
+        Self {
+            substep: settings.dt / substeps as f32,
+            small_step: settings.dt / (substeps * small_steps) as f32,
+            small_steps,
+            velocity_iterations: settings.velocity_iterations,
+            contact_offset: settings.contact_offset,
+            rest_offset: settings.rest_offset,
+            gravity: settings.gravity,
+            max_push_out: settings.max_push_out,
+            linear_damping: settings.linear_damping,
+            angular_damping: settings.angular_damping,
+            friction: settings.friction,
+            hull_pairs: capacities.hull_pairs,
+            contacts: capacities.contacts,
+        }
+    }
+}
+
+/// Two hulls whose boxes overlap.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct HullPair {
+    /// Index into `World::pairs`.
+    pub pair: u32,
+    /// Hull of the pair's first body.
+    pub a: u32,
+    /// Hull of the pair's second body.
+    pub b: u32,
+    /// Feature of the last substep's axis, coded as `cpu::narrow_phase::PairCache`.
+    pub cache: u32,
+}
+
+/// The axis of a hull pair.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Separation {
+    /// Unit, from A to B, world.
+    pub normal: Vec3,
+    /// Gap along the axis, m; negative: depth.
+    pub distance: f32,
+    /// Coded as `HullPair::cache`; 0: farther apart than the margin.
+    pub feature: u32,
+    pad: [u32; 3],
+}
+
+/// Head of a hull pair's contact points.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Manifold {
+    /// Unit, from A to B, world.
+    pub normal: Vec3,
+    /// Points in use.
+    pub count: u32,
+}
+
+/// A contact point of a hull pair.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct ManifoldPoint {
+    /// On the surface of A, world, m.
+    pub on_a: Vec3,
+    /// m
+    pub separation: f32,
+    /// On the surface of B, world, m.
+    pub on_b: Vec3,
+    pad: u32,
+}
+
+/// Contact points of two bodies in about one direction.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Patch {
+    /// Unit, from `a` to `b`, world.
+    pub normal: Vec3,
+    /// Index into `World::pairs`; past its end, the body's contact with the ground.
+    pub pair: u32,
+    /// Tangential impulse on `b` of the last small step, world, N s.
+    pub friction: Vec3,
+    /// Angular impulse about the normal on `b` of the last small step, N m s.
+    pub twist: f32,
+    /// First body, or `cpu::contacts::GROUND`.
+    pub a: u32,
+    /// Second body.
+    pub b: u32,
+    /// First of its points.
+    pub first: u32,
+    /// Number of its points.
+    pub count: u32,
+}
+
+/// A contact point of a patch.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Contact {
+    /// Unit, from the first body to the second, world.
+    pub normal: Vec3,
+    /// m; negative: overlap.
+    pub separation: f32,
+    /// Middle between the two surfaces, world, m.
+    pub point: Vec3,
+    /// Normal impulse of the last small step, N s.
+    pub impulse: f32,
+    /// The point in the frame of the first body (the world for the ground), m.
+    pub anchor_a: Vec3,
+    /// Load carried on average lately, N s a small step.
+    pub load: f32,
+    /// The point in the frame of the second body, m.
+    pub anchor_b: Vec3,
+    pad: u32,
 }
 
 // Constants that the shaders name themselves, because their Rust types are none of WGSL's.

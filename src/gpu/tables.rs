@@ -1,0 +1,39 @@
+//! The tables that all candidates share: hulls, bodies' pairs, parameters. Made once.
+
+use super::buffer::Buffer;
+use super::device::{Gpu, GpuError};
+use super::layout::{Edge, Face, Hull, Sim};
+use crate::world::{SimSettings, World};
+use glam::Vec4;
+
+/// `World` on the device.
+#[allow(missing_docs)]
+pub struct Tables {
+    pub sim: Buffer<Sim>,
+    pub hulls: Buffer<Hull>,
+    pub vertices: Buffer<Vec4>,
+    pub faces: Buffer<Face>,
+    pub face_vertices: Buffer<u32>,
+    pub edges: Buffer<Edge>,
+    /// Bodies of each pair.
+    pub pairs: Buffer<[u32; 2]>,
+}
+
+impl Tables {
+    /// Uploads everything.
+    ///
+    /// # Errors
+    /// If a table is larger than the adapter's buffers.
+    pub fn new(gpu: &Gpu, world: &World, settings: &SimSettings) -> Result<Self, GpuError> {
+        let hulls = &world.hulls;
+        Ok(Self {
+            sim: Buffer::from_slice(gpu, "sim", &[Sim::new(settings, world.capacities)])?,
+            hulls: Buffer::from_slice(gpu, "hulls", &hulls.hulls)?,
+            vertices: Buffer::from_slice(gpu, "vertices", &hulls.vertices)?,
+            faces: Buffer::from_slice(gpu, "faces", &hulls.faces)?,
+            face_vertices: Buffer::from_slice(gpu, "face_vertices", &hulls.face_vertices)?,
+            edges: Buffer::from_slice(gpu, "edges", &hulls.edges)?,
+            pairs: Buffer::from_slice(gpu, "pairs", &world.pairs)?,
+        })
+    }
+}
