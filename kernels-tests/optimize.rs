@@ -13,7 +13,7 @@ use rest3d_gpu::world::{
     Backend, BackendError, Flow, OnStep, Pose, STATIC, Search, SearchSettings, SimSettings, Status, Stream, Velocity,
     World,
 };
-use serde_json::json;
+use serde_json::{Value, json};
 use std::sync::Mutex;
 
 /// A simulator without forces: in a rollout everything that moves slides by `slide`; elsewhere it keeps still, but for
@@ -365,6 +365,26 @@ fn a_checkpoint_of_another_run_is_refused() {
     other.shapes[2].parts[0].vertices[0].x += 1e-4;
     refused(&other, &config(), 3, "convex parts");
     assert!(matches!(Checkpoint::from_json("{\"version\": 1}"), Err(OptimizeError::Checkpoint(_))));
+}
+
+#[test]
+fn a_checkpoint_whose_content_does_not_fit_together_is_refused() {
+    let (boxes, backend, mut watch) = (room(), Fake::default(), Watch::default());
+    go(&boxes, &backend, &config(), 3, None, &mut watch).unwrap();
+    let whole: Value = serde_json::from_str(&watch.checkpoints[1]).unwrap();
+    let damaged = |damage: fn(&mut Value)| {
+        let mut value = whole.clone();
+        damage(&mut value);
+        let checkpoint = Checkpoint::from_json(&value.to_string()).unwrap();
+        let error = go(&boxes, &backend, &config(), 3, Some(checkpoint), &mut Watch::default()).unwrap_err();
+        assert!(matches!(&error, OptimizeError::Checkpoint(text) if text.contains("delete it")), "{error}");
+    };
+    damaged(|value| value["completed"] = 99.into());
+    damaged(|value| value["completed"] = 0.into());
+    damaged(|value| value["groups"] = Value::Array(Vec::new()));
+    damaged(|value| value["iterations"][0]["group"] = 77.into());
+    damaged(|value| value["layout"][0] = vec![0.0; 7].into());
+    damaged(|value| value["layout"][0][0] = 1e300.into());
 }
 
 #[test]

@@ -4,7 +4,6 @@ use super::{Failure, say};
 use clap::ValueEnum;
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::world::Backend;
-use std::num::NonZeroUsize;
 
 /// The options that choose it.
 #[derive(Debug, clap::Args)]
@@ -16,8 +15,8 @@ pub struct BackendArgs {
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
     /// CPU threads [default: all]
-    #[arg(long, value_name = "N")]
-    threads: Option<NonZeroUsize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    threads: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -39,10 +38,11 @@ impl BackendArgs {
                 "--adapter names a graphics adapter, but this build has no GPU backend yet; leave it out".into(),
             ));
         }
-        if let Some(threads) = self.threads {
-            // Fails only if the pool was already built, which nothing before this does.
-            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
-        }
+        // 0: as many as there are cores.
+        let threads = self.threads.unwrap_or(0) as usize;
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| {
+            Failure::Other(format!("the threads cannot be started ({error}); take fewer with --threads"))
+        })?;
         let backend = CpuBackend;
         if matches!(self.backend, Choice::Auto) {
             say(format_args!("backend: {} (this build has no GPU backend yet)", backend.describe()));

@@ -75,6 +75,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         OptimizeError::Checkpoint(_) => Failure::Input(format!("{}: {error}", checkpoint.display())),
         error => error.into(),
     })?;
+    if let Some(lost) = outcome.objects.iter().position(|object| !object.pose.is_finite()) {
+        let name = &scene.objects[lost].name;
+        return Err(Failure::Other(format!("object \"{name}\": it has no pose in the result; nothing was written")));
+    }
     for note in &outcome.notes {
         say(format_args!("note: {note}"));
     }
@@ -86,6 +90,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let earlier = output::earlier_parts(&dir);
     output::write_all(&dir, &files)?;
     output::remove_stale(&dir, &earlier, &files);
+    if outcome.finished {
+        remove_checkpoint(&checkpoint);
+    }
     print_result(args.json, &report, report.summary())?;
     if !outcome.finished {
         return Err(Failure::Other(format!(
@@ -93,7 +100,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             dir.display()
         )));
     }
-    remove_checkpoint(&checkpoint);
     say(format_args!("result: {}", dir.display()));
     Ok(())
 }

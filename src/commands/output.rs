@@ -8,8 +8,14 @@ use std::path::{Component, Path, PathBuf};
 
 /// Finds out before the long work whether files could be written into `dir`, which may not exist yet. Nothing is left.
 pub fn check_writable(dir: &Path) -> Result<(), Failure> {
-    let existing = dir.ancestors().map(here).find(|path| path.exists()).unwrap_or(Path::new("."));
-    tempfile::Builder::new().prefix(".rest3d-gpu-").tempfile_in(existing).map(drop).map_err(|error| {
+    let missing: Vec<&Path> = dir.ancestors().map(here).take_while(|path| !path.exists()).collect();
+    let tried = fs::create_dir_all(dir)
+        .and_then(|()| tempfile::Builder::new().prefix(".rest3d-gpu-").tempfile_in(here(dir)).map(drop));
+    // Those that were not there go again, the innermost first; what someone else has put there meanwhile stays.
+    for path in missing {
+        let _ = fs::remove_dir(path);
+    }
+    tried.map_err(|error| {
         Failure::Input(format!("{}: cannot be written to: {error}; choose another folder with -o", dir.display()))
     })
 }

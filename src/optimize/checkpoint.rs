@@ -66,8 +66,16 @@ impl Checkpoint {
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// Refuses a checkpoint of another run. `fresh` is the start of this one.
-    pub(super) fn check(&self, fresh: &Self) -> Result<(), OptimizeError> {
+    /// What only a damaged file violates: records of exactly the groups that are done, and poses.
+    fn is_whole(&self, groups: usize) -> bool {
+        let records = self.groups.len() == self.completed && self.completed <= groups;
+        let iterations = self.iterations.iter().all(|record| record.group < self.completed);
+        let poses = self.layout().iter().all(|pose| scene::is_near(pose.translation) && pose.rotation.is_normalized());
+        records && iterations && poses
+    }
+
+    /// Refuses a checkpoint of another run. `fresh` is the start of this one, which has so many `groups`.
+    pub(super) fn check(&self, fresh: &Self, groups: usize) -> Result<(), OptimizeError> {
         let of_another = |what: &str| {
             Err(OptimizeError::Checkpoint(format!(
                 "it was made with another {what}; give the same {what} again, or start without --resume"
@@ -87,6 +95,10 @@ impl Checkpoint {
         }
         if self.shapes != fresh.shapes {
             return of_another("set of convex parts");
+        }
+        if !self.is_whole(groups) {
+            let problem = "its content does not fit together; delete it and start without --resume";
+            return Err(OptimizeError::Checkpoint(problem.into()));
         }
         Ok(())
     }

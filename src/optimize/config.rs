@@ -104,9 +104,9 @@ impl Config {
         count("simulation.substeps", sim.substeps, 1, MAX_REPEATS)?;
         count("simulation.position_iterations", sim.position_iterations, 1, MAX_REPEATS)?;
         count("simulation.velocity_iterations", sim.velocity_iterations, 0, MAX_REPEATS)?;
-        finite("simulation.gravity", sim.gravity)?;
-        not_negative("simulation.contact_offset", sim.contact_offset)?;
-        not_negative("simulation.rest_offset", sim.rest_offset)?;
+        within("simulation.gravity", sim.gravity, -1000.0, 0.0)?;
+        within("simulation.contact_offset", sim.contact_offset, 0.0, 1.0)?;
+        within("simulation.rest_offset", sim.rest_offset, 0.0, sim.contact_offset)?;
         not_negative("simulation.max_push_out", sim.max_push_out)?;
         not_negative("simulation.linear_damping", sim.linear_damping)?;
         not_negative("simulation.angular_damping", sim.angular_damping)?;
@@ -146,10 +146,10 @@ fn validate_cem(table: &str, cem: &CemSettings) -> Result<(), OptimizeError> {
         return refuse(&key("elite_fraction"), cem.elite_fraction, "above 0 and at most 1");
     }
     for std in cem.translation_std {
-        not_negative(&key("translation_std"), std)?;
+        within(&key("translation_std"), std, 0.0, 100.0)?;
     }
     for std in cem.rotation_std {
-        not_negative(&key("rotation_std"), std)?;
+        within(&key("rotation_std"), std, 0.0, std::f32::consts::TAU)?;
     }
     not_negative(&key("std_epsilon"), cem.std_epsilon)?;
     not_negative(&key("std_floor"), cem.std_floor)?;
@@ -171,10 +171,6 @@ fn positive(key: &str, value: f32) -> Result<(), OptimizeError> {
 
 fn not_negative(key: &str, value: f32) -> Result<(), OptimizeError> {
     if value.is_finite() && value >= 0.0 { Ok(()) } else { refuse(key, value, "a number from 0 up") }
-}
-
-fn finite(key: &str, value: f32) -> Result<(), OptimizeError> {
-    if value.is_finite() { Ok(()) } else { refuse(key, value, "a finite number") }
 }
 
 fn refuse(key: &str, value: impl ToString, wanted: impl Into<String>) -> Result<(), OptimizeError> {

@@ -104,6 +104,8 @@ pub struct ObjectOutcome {
 /// Wall time by stage, s.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timings {
+    /// Setting the objects onto their supports.
+    pub seat: f64,
     /// Local groups.
     pub local: f64,
     /// Global stage.

@@ -40,7 +40,7 @@ pub fn run(
     let mut state = Checkpoint::start(scene, shapes, config, seed);
     state.set_layout(&run.seated);
     if let Some(checkpoint) = resume {
-        checkpoint.check(&state)?;
+        checkpoint.check(&state, run.groups.len())?;
         state = checkpoint;
     }
     let mut finished = run.announce(observer)? == Flow::Continue;
@@ -57,6 +57,7 @@ pub(super) struct Run<'a> {
     input: Vec<scene::Pose>,
     /// What the layout term compares with: the input at the heights of its supports.
     pub seated: Vec<scene::Pose>,
+    seat_seconds: f64,
     pub groups: Vec<Group>,
     pub backend: &'a dyn Backend,
     config: &'a Config,
@@ -77,12 +78,14 @@ impl<'a> Run<'a> {
         let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
         let input: Vec<scene::Pose> = scene.objects.iter().map(|object| object.pose).collect();
         let mut seated = input.clone();
+        let clock = Instant::now();
         if config.seat {
             observer.event(Event::Seating);
             let simulation = &config.fine();
             Seat { scene, rigs: &rigs, backend, simulation, settings: &config.settle }.run(&mut seated)?;
         }
-        Ok(Self { scene, rigs, input, seated, groups: groups::plan(scene), backend, config, seed })
+        let seat_seconds = clock.elapsed().as_secs_f64();
+        Ok(Self { scene, rigs, input, seated, seat_seconds, groups: groups::plan(scene), backend, config, seed })
     }
 
     pub fn settings(&self, group: &Group) -> SearchSettings {
@@ -195,7 +198,7 @@ impl<'a> Run<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Outcome, OptimizeError> {
         let mut layout = state.layout();
-        let mut timings = timings(&self.groups, &state.groups);
+        let mut timings = Timings { seat: self.seat_seconds, ..timings(&self.groups, &state.groups) };
         let (mut settled_after, mut at_rest) = (0.0, true);
         let mut verified = None;
         let mut overlaps = vec![0.0; layout.len()];
@@ -250,6 +253,9 @@ impl<'a> Run<'a> {
         }
         match settle(self.backend, world, &self.config.fine(), settings, starts)? {
             Some(settled) => {
+                if !settled.at_rest {
+                    notes.push(format!("something still moved after {} s of settling", settings.max_seconds));
+                }
                 self.adopt(global, starts, &settled.poses, layout);
                 Ok((settled.seconds, settled.at_rest))
             }

@@ -104,6 +104,7 @@ struct Iteration<'a> {
 #[derive(Debug, Serialize)]
 struct Seconds {
     shapes: f64,
+    seat: f64,
     local: f64,
     global: f64,
     settle: f64,
@@ -148,6 +149,7 @@ impl<'a> Report<'a> {
             at_rest: outcome.at_rest,
             seconds: Seconds {
                 shapes: run.shape_seconds,
+                seat: timings.seat,
                 local: timings.local,
                 global: timings.global,
                 settle: timings.settle,

@@ -36,7 +36,10 @@ impl Summary {
         let simulated: Vec<&ObjectOutcome> = outcome.objects.iter().filter(|object| object.simulated).collect();
         let over = |value: fn(&ObjectOutcome) -> f64| {
             let values = simulated.iter().map(|object| value(object));
-            (values.clone().sum::<f64>() / simulated.len().max(1) as f64, values.fold(0.0, f64::max))
+            (
+                values.clone().fold(0.0, |sum, value| sum + value) / simulated.len().max(1) as f64,
+                values.fold(0.0, f64::max),
+            )
         };
         let names = |which: fn(&ObjectOutcome) -> bool| -> Vec<String> {
             let objects = scene.objects.iter().zip(&outcome.objects);

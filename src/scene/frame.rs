@@ -11,7 +11,7 @@ const UPRIGHT: DQuat = DQuat::from_xyzw(-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2)
 pub(super) const MAX_DISTANCE: f64 = 1e6;
 
 /// True for a position in our frame that a simulation can do something with.
-pub(super) fn is_near(p: DVec3) -> bool {
+pub(crate) fn is_near(p: DVec3) -> bool {
     p.is_finite() && p.abs().max_element() <= MAX_DISTANCE
 }
 

@@ -17,6 +17,7 @@ pub use error::SceneError;
 pub use support::{Parent, Relation, Root};
 
 use frame::Frame;
+pub(crate) use frame::is_near;
 use glam::{DQuat, DVec3};
 use serde_json::Value;
 use std::path::PathBuf;
@@ -38,6 +39,11 @@ pub struct Pose {
 impl Pose {
     /// The pose that leaves everything where it is.
     pub const IDENTITY: Self = Self { rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
+
+    /// True if every number is.
+    pub fn is_finite(&self) -> bool {
+        self.rotation.is_finite() && self.translation.is_finite()
+    }
 }
 
 /// One object of a scene.

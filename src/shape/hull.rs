@@ -3,6 +3,7 @@
 //! parry's hull works in f32 and refuses flat input. Here every input gives a hull: what is thinner than
 //! `MIN_THICKNESS` is thickened first, and a hull that lost points to rounding is rebuilt from fewer, coarser points.
 
+use super::convex_hull::convex_hull;
 use super::eigen::symmetric_eigen;
 use glam::{DMat3, DVec3, Vec3, Vec4};
 use parry3d::transformation::try_convex_hull;
@@ -12,6 +13,9 @@ pub(super) const MIN_THICKNESS: f32 = 1.9e-3;
 
 /// More points than this (each vertex about six times) are thinned before their hull is made.
 const DENSE: usize = 12_000;
+
+/// Vertices and outward triangles of the hull of points, if they have one.
+type Attempt = fn(&[Vec3]) -> Option<(Vec<Vec3>, Vec<[u32; 3]>)>;
 
 /// A convex polytope with volume.
 #[derive(Clone, Debug, Default)]
@@ -25,7 +29,7 @@ pub(super) struct Hull {
 }
 
 impl Hull {
-    /// The hull of `points` (m), thickened if flat. `None` without points.
+    /// The hull of `points` (m), thickened if flat. `None` without points, or if they are not finite.
     pub fn new(points: &[Vec3]) -> Option<Self> {
         let extreme = extremes(points);
         Self::solid(&extreme).or_else(|| {
@@ -54,9 +58,12 @@ impl Hull {
         }
         // Rounding in parry's hull is relative to the coordinates: centre them, and merge what is closer than that.
         let center = 0.5 * (low + high);
-        for grid in [1e-6_f32, 1e-4, 1e-3] {
+        // A thin plate is flat for parry's hull, but not after a linear map that makes it round.
+        let parry: Attempt = |points| try_convex_hull(points).ok();
+        for (grid, hull) in [(1e-6_f32, parry), (1e-4, parry), (1e-3, parry), (1e-6, convex_hull), (1e-4, convex_hull)]
+        {
             let local = merged(points, center, size * grid);
-            let Ok((vertices, triangles)) = try_convex_hull(&local) else {
+            let Some((vertices, triangles)) = hull(&local) else {
                 continue;
             };
             let planes = planes(&vertices, &triangles);

@@ -6,6 +6,7 @@
 
 mod cache;
 mod category;
+mod convex_hull;
 mod decompose;
 mod eigen;
 mod hull;
@@ -21,6 +22,7 @@ mod split;
 
 pub use cache::{CACHE_VARIABLE, Cache};
 pub use category::{part_budget, typical_mass};
+pub use convex_hull::convex_hull;
 pub use mass::MassProperties;
 pub use measure::Quality;
 pub use mesh::{Mesh, MeshError, read_mesh};
@@ -37,7 +39,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 9";
+const ALGORITHM: &str = "shape 10";
+/// Vertices farther from the mesh's origin than this lose millimetres to rounding, m.
+const MAX_REACH: f32 = 1000.0;
+/// Parts that leave more of the mesh than this share of its size uncovered are worth a note.
+const UNCOVERED: f32 = 0.1;
 /// `up` within this cosine of an axis of the mesh means that axis: input poses are tilted, meshes seldom.
 const UP_SNAP: f32 = 0.8;
 
@@ -145,6 +151,44 @@ pub enum ShapeError {
         /// The mesh or part file.
         file: PathBuf,
     },
+    /// The mesh lies so far from its own origin that rounding would spoil it.
+    #[error(
+        "object \"{object}\", field \"{field}\": {} lies up to {reach:.0} m from its own origin, and {MAX_REACH} m are plausible: \
+         centre the mesh, or correct \"scale\"",
+        file.display()
+    )]
+    Far {
+        /// Name of the object.
+        object: String,
+        /// `mesh` or `convex_parts`.
+        field: &'static str,
+        /// The file.
+        file: PathBuf,
+        /// Distance of its farthest vertex, m.
+        reach: f32,
+    },
+    /// A ready-made part has nothing to do with the mesh.
+    #[error(
+        "object \"{object}\", field \"convex_parts\": {} reaches {beyond:.3} m beyond the mesh, more than the mesh is long: \
+         parts must be in the frame and unit of the mesh",
+        file.display()
+    )]
+    Part {
+        /// Name of the object.
+        object: String,
+        /// The part's file.
+        file: PathBuf,
+        /// How far it reaches out of the mesh's box, m.
+        beyond: f32,
+    },
+    /// No hull could be made.
+    #[error("object \"{object}\", field \"{field}\": no convex part can be made of it: repair the mesh")]
+    Empty {
+        /// Name of the object.
+        object: String,
+        /// `mesh` or `convex_parts`.
+        field: &'static str,
+    },
 }
 
 /// What the cache holds of a shape: all but the mass, which depends on the category.
@@ -195,6 +239,13 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
     }
     let key = key.finish();
     let (low, high) = hull::bounds(&corners(&mesh).into_iter().flatten().collect::<Vec<_>>());
+    for (part, file) in given.iter().zip(&request.convex_parts) {
+        let (part_low, part_high) = hull::bounds(&part.vertices);
+        let beyond = (low - part_low).max(part_high - high).max_element();
+        if beyond > (high - low).max_element() {
+            return Err(ShapeError::Part { object: request.name.clone(), file: file.clone(), beyond });
+        }
+    }
     let mut warning = None;
     let entry = match cache.and_then(|c| c.load::<Entry>(&key)) {
         Some(entry) => entry,
@@ -204,6 +255,10 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
             entry
         }
     };
+    if entry.parts.is_empty() {
+        let field = if given.is_empty() { "mesh" } else { "convex_parts" };
+        return Err(ShapeError::Empty { object: request.name.clone(), field });
+    }
     let mass = request.mass.unwrap_or_else(|| typical_mass(&request.category, entry.volume));
     Ok(Shape {
         parts: entry.parts.into_iter().map(|vertices| Part { vertices }).collect(),
@@ -223,6 +278,10 @@ fn read_scaled(request: &ShapeRequest, field: &'static str, file: &Path) -> Resu
     }
     if !mesh.vertices.iter().all(|v| v.is_finite()) {
         return Err(ShapeError::Scale { object: request.name.clone(), scale: request.scale, file: file.to_path_buf() });
+    }
+    let reach = mesh.vertices.iter().map(|v| v.length()).fold(0.0, f32::max);
+    if reach > MAX_REACH {
+        return Err(ShapeError::Far { object: request.name.clone(), field, file: file.to_path_buf(), reach });
     }
     Ok(mesh)
 }
@@ -266,8 +325,13 @@ fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, settings: &Shap
         notes.push(format!("flat: thickened to {:.1} mm", 1e3 * hull::MIN_THICKNESS));
     }
     let (volume, unit) = mass::of_union(&hulls);
+    let quality = measure::measure(&hulls, &triangles, &solid, &levels);
+    let (low, high) = hull::bounds(triangles.as_flattened());
+    if 1e-3 * quality.uncovered_max_mm > UNCOVERED * (high - low).max_element() {
+        notes.push(format!("the parts leave up to {:.0} mm of the mesh uncovered", quality.uncovered_max_mm));
+    }
     Entry {
-        quality: measure::measure(&hulls, &triangles, &solid, &levels),
+        quality,
         parts: hulls.into_iter().map(|h| h.vertices).collect(),
         volume,
         center: unit.center,

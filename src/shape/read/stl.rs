@@ -20,10 +20,13 @@ pub(super) fn read(source: &Source<'_>) -> Result<Mesh, MeshError> {
     };
     let count = u32::from_le_bytes([header[80], header[81], header[82], header[83]]) as usize;
     // The size tells more than the word: many binary headers begin with "solid" too.
-    if text && body.len() != count.saturating_mul(TRIANGLE) {
-        return read_text(source);
-    }
     let triangles = body.chunks_exact(TRIANGLE);
+    if text && body.len() != count.saturating_mul(TRIANGLE) {
+        // A text announces by chance what its bytes could hold, but then it is none.
+        let binary = count > 0 && triangles.len() >= count;
+        return read_text(source)
+            .or_else(|error| if binary { Ok(read_binary(triangles.take(count))) } else { Err(error) });
+    }
     if triangles.len() < count {
         let problem = format!("it breaks off: {count} triangles announced, {} there", triangles.len());
         return Err(source.damaged(problem));

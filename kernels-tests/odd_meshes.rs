@@ -1,0 +1,83 @@
+//! Shapes of meshes that are thin and large, far from their origin, or have parts that are not theirs.
+#![allow(clippy::unwrap_used)]
+
+use glam::Vec3;
+use rest3d_gpu::shape::{Shape, ShapeError, ShapeRequest, ShapeSettings, build_shapes};
+use std::path::{Path, PathBuf};
+
+/// Adds a box to an OBJ text.
+fn add_box(text: &mut String, low: Vec3, high: Vec3) {
+    for i in 0..8 {
+        let corner = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
+        *text += &format!("v {} {} {}\n", corner(0), corner(1), corner(2));
+    }
+    for [a, b, c, d] in [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]] {
+        // Numbers count back from the box's own corners.
+        *text += &format!("f {} {} {} {}\n", a - 9, b - 9, c - 9, d - 9);
+    }
+}
+
+fn boxes(folder: &Path, name: &str, boxes: &[[Vec3; 2]]) -> PathBuf {
+    let mut text = String::new();
+    for [low, high] in boxes {
+        add_box(&mut text, *low, *high);
+    }
+    let file = folder.join(name);
+    std::fs::write(&file, text).unwrap();
+    file
+}
+
+fn build(mesh: PathBuf, convex_parts: Vec<PathBuf>) -> Result<Shape, ShapeError> {
+    let (name, category) = ("thing".into(), "rug".into());
+    let request = ShapeRequest { name, category, mesh, scale: Vec3::ONE, mass: None, convex_parts, up: Vec3::Y };
+    Ok(build_shapes(&[request], &ShapeSettings::default(), None, &|_, _, _| ())?.remove(0))
+}
+
+/// Extent of all parts along each axis, m.
+fn extent(shape: &Shape) -> Vec3 {
+    let vertices = || shape.parts.iter().flat_map(|part| &part.vertices);
+    let (low, high) = vertices().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    high - low
+}
+
+/// parry's hull takes a plate that is a thousand times longer than thick for flat and gives none.
+#[test]
+fn large_thin_plates_keep_their_size() {
+    let folder = tempfile::tempdir().unwrap();
+    for size in [[4.0, 0.0, 3.0], [10.0, 0.0, 10.0], [4.0, 0.0, 0.1], [10.0, 4.0, 0.003], [6.0, 0.003, 0.003]] {
+        let size = Vec3::from_array(size);
+        let shape = build(boxes(folder.path(), "plate.obj", &[[Vec3::ZERO, size]]), Vec::new()).unwrap();
+        let off = (extent(&shape) - size).abs().max_element();
+        assert!(off < 2.1e-3, "{size}: the parts are {} long", extent(&shape));
+        assert!(shape.mass.inertia.min_element() > 0.0 && shape.mass.center.is_finite(), "{:?}", shape.mass);
+    }
+}
+
+#[test]
+fn a_large_thin_component_is_not_dropped() {
+    let folder = tempfile::tempdir().unwrap();
+    let (cube, sheet) = ([Vec3::ZERO, Vec3::splat(0.2)], [Vec3::Y * 0.2, Vec3::new(3.0, 0.2, 2.0)]);
+    let shape = build(boxes(folder.path(), "both.obj", &[cube, sheet]), Vec::new()).unwrap();
+    assert!(shape.quality.uncovered_max_mm < 1.0, "{:?}", shape.quality);
+}
+
+#[test]
+fn a_mesh_far_from_its_origin_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let far = Vec3::X * 1e6;
+    let error = build(boxes(folder.path(), "far.obj", &[[far, far + 1.0]]), Vec::new()).unwrap_err();
+    assert!(matches!(error, ShapeError::Far { .. }), "{error}");
+    assert!(error.to_string().contains("thing") && error.to_string().contains("far.obj"), "{error}");
+}
+
+#[test]
+fn parts_that_are_not_of_the_mesh_are_refused_or_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = || boxes(folder.path(), "mesh.obj", &[[Vec3::ZERO, Vec3::ONE]]);
+    let part = |low: Vec3, high: Vec3| build(mesh(), vec![boxes(folder.path(), "part.obj", &[[low, high]])]);
+    let error = part(Vec3::splat(3.0), Vec3::splat(4.0)).unwrap_err();
+    assert!(matches!(error, ShapeError::Part { .. }) && error.to_string().contains("part.obj"), "{error}");
+    let half = part(Vec3::ZERO, Vec3::new(1.0, 0.5, 1.0)).unwrap();
+    assert!(half.notes.iter().any(|note| note.contains("uncovered")), "{:?}", half.notes);
+    assert_eq!(part(Vec3::ZERO, Vec3::ONE).unwrap().notes, Vec::<String>::new());
+}
