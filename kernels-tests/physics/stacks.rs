@@ -16,9 +16,9 @@ pub fn ten_high_stacks_stand(backend: &dyn Backend) {
             let at = Pose::new(Quat::IDENTITY, Vec3::Y * (0.1 + 0.2 * i as f32));
             s.body(vec![shape.clone()], 1.0, box_inertia(1.0, Vec3::splat(0.1)), at);
         }
-        let found = drift(backend, &s, &settings, 120);
+        let found = drift(backend, &s, &settings, 180);
         measured(&format!("drift of ten {name} in 10 s, m"), found.moved, "< 0.001");
-        assert!(found.moved < 1e-3 && found.turned < 1e-3 && found.speed < 1e-3, "{name}: {found:?}");
+        assert!(found.moved < 1e-3 && found.turned < 1e-3 && found.speed < 5e-4, "{name}: {found:?}");
     }
 }
 

@@ -14,8 +14,8 @@ use super::narrow_phase::tangents;
 use crate::world::{
     Body, Pose, SimSettings, Velocity,
     constants::{
-        ARM_TOLERANCE, CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, LINEAR_SLOP,
-        LOAD_TRACKING_RATE, MAX_RELAXING_SWEEPS, PATCH_SWEEPS, RELAXED_SPEED,
+        ARM_TOLERANCE, CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, LOAD_TRACKING_RATE,
+        MAX_RELAXING_SWEEPS, PATCH_SWEEPS, RELAXED_SPEED, RESTING_DEPTH,
     },
 };
 use glam::{Mat3, Quat, Vec3};
@@ -298,14 +298,17 @@ impl Solver {
             let (body_a, body_b) = (&self.bodies[f.a as usize], &self.bodies[f.b as usize]);
             let mut pair = Velocities::of(&self.bodies, f.a, f.b);
             let points = &mut self.normals[f.first as usize..][..f.count as usize];
-            for _ in 0..PATCH_SWEEPS {
-                for n in points.iter_mut() {
+            for sweep in 0..PATCH_SWEEPS {
+                for k in 0..points.len() {
+                    // There and back: sweeps in one direction leave an error that goes round and round, and a lamp rocks
+                    // for ever.
+                    let n = &mut points[if sweep % 2 == 0 { k } else { points.len() - 1 - k }];
                     let separation = n.separation + moved(&n.row, body_a, body_b);
                     let (mut bias, mut stiffness, mut leak) = (separation.max(0.0) / h, 1.0, 0.0);
                     if let Some(soft) = soft
                         && separation <= 0.0
                     {
-                        bias = (soft.bias_rate * (separation + LINEAR_SLOP).min(0.0)).max(-settings.max_push_out);
+                        bias = (soft.bias_rate * (separation + RESTING_DEPTH).min(0.0)).max(-settings.max_push_out);
                         stiffness = soft.mass_scale;
                         leak = soft.impulse_scale;
                     }

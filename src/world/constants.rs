@@ -63,8 +63,11 @@ pub const CONTACT_DAMPING_RATIO: f32 = 10.0;
 /// longer; faster loses the spring's damping, and heavy things on light ones bounce.
 pub const LOAD_TRACKING_RATE: f32 = 6.0;
 
+/// Overlap at which bodies rest, m: without it contacts would come and go. A stack sinks by so much at every contact.
+pub const RESTING_DEPTH: f32 = 0.5 * LINEAR_SLOP;
+
 /// Sweeps over the points of one patch before the next patch: the points of a flat contact fight one another, and
-/// settling that locally is cheap.
+/// settling that locally is cheap. Every other sweep goes backwards.
 pub const PATCH_SWEEPS: u32 = 2;
 
 /// Rigid sweeps of a small step end when none of their contacts changed its speed by more than this, m/s: things at rest
