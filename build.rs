@@ -20,6 +20,11 @@ fn main() -> ExitCode {
     for input in ["build.rs", "build", "shaders", CONSTANTS] {
         println!("cargo::rerun-if-changed={input}");
     }
+    // Tests that need the files beside the project show as ignored where these are absent.
+    println!("cargo::rustc-check-cfg=cfg(shared_files)");
+    if Path::new("../shared/scenes").is_dir() {
+        println!("cargo::rustc-cfg=shared_files");
+    }
     let constants = fs::read_to_string(CONSTANTS).expect("the constants belong to this package");
     let library = compose::Library::read(Path::new("shaders"), &constants).expect("the shaders belong to this package");
     let (kernels, errors) = reflect::kernels(&library, translate::translate);

@@ -14,12 +14,8 @@ use std::path::Path;
 use std::sync::Mutex;
 
 /// Twelve bodies with ready-made parts: no decomposition is waited for.
-fn bench12() -> Option<(Scene, Vec<Shape>)> {
+fn bench12() -> (Scene, Vec<Shape>) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/bench12");
-    if !folder.exists() {
-        eprintln!("skipped: no shared scenes beside the project");
-        return None;
-    }
     let scene = Scene::read(&folder).unwrap();
     let requests: Vec<ShapeRequest> = (scene.objects.iter())
         .map(|object| ShapeRequest {
@@ -33,7 +29,7 @@ fn bench12() -> Option<(Scene, Vec<Shape>)> {
         })
         .collect();
     let shapes = build_shapes(&requests, &ShapeSettings::default(), None, &|_, _, _| ()).unwrap();
-    Some((scene, shapes))
+    (scene, shapes)
 }
 
 fn config(candidates: u32) -> Config {
@@ -70,8 +66,9 @@ fn bits(outcome: &Outcome) -> Vec<[u64; 7]> {
 }
 
 #[test]
+#[cfg_attr(not(shared_files), ignore = "needs ../shared")]
 fn a_table_with_dishes_stands_and_the_seed_decides_every_bit() {
-    let Some((scene, shapes)) = bench12() else { return };
+    let (scene, shapes) = bench12();
     let mut keep = Keep::default();
     let mut go = |resume| run(&scene, &shapes, &CpuBackend, &config(6), 1, resume, &mut keep).unwrap();
     let first = go(None);
@@ -93,8 +90,9 @@ fn a_table_with_dishes_stands_and_the_seed_decides_every_bit() {
 }
 
 #[test]
+#[cfg_attr(not(shared_files), ignore = "needs ../shared")]
 fn a_replayed_winner_ends_where_the_run_left_it() {
-    let Some((scene, shapes)) = bench12() else { return };
+    let (scene, shapes) = bench12();
     let mut config = config(6);
     config.settle.max_seconds = 0.0;
     let outcome = run(&scene, &shapes, &CpuBackend, &config, 1, None, &mut Keep::default()).unwrap();
@@ -156,8 +154,9 @@ impl Backend for Spy {
 }
 
 #[test]
+#[cfg_attr(not(shared_files), ignore = "needs ../shared")]
 fn an_energy_depends_on_neither_neighbours_nor_threads() {
-    let Some((scene, shapes)) = bench12() else { return };
+    let (scene, shapes) = bench12();
     let spy = Spy::default();
     run(&scene, &shapes, &spy, &config(1), 1, None, &mut Keep::default()).unwrap();
     let worlds = spy.0.lock().unwrap();

@@ -12,14 +12,8 @@ use rest3d_gpu::shape::{
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// `../shared/objects`, or `None` with a line on stderr.
-fn objects() -> Option<PathBuf> {
-    let objects = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/objects");
-    if objects.is_dir() {
-        return Some(objects);
-    }
-    eprintln!("skipped: {} is not there", objects.display());
-    None
+fn objects() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/objects")
 }
 
 fn request(objects: &Path, name: &str, category: &str) -> ShapeRequest {
@@ -87,8 +81,9 @@ fn check(name: &str, shape: &Shape) {
 }
 
 #[test]
+#[cfg_attr(not(shared_files), ignore = "needs ../shared")]
 fn representative_meshes_are_covered_and_do_not_stick_out() {
-    let Some(objects) = objects() else { return };
+    let objects = objects();
     for (name, category) in [
         ("desk", "desk"),
         ("bookcase", "shelf"),
@@ -110,8 +105,9 @@ fn representative_meshes_are_covered_and_do_not_stick_out() {
 }
 
 #[test]
+#[cfg_attr(not(shared_files), ignore = "needs ../shared")]
 fn cavities_stay_open() {
-    let Some(objects) = objects() else { return };
+    let objects = objects();
     // A point in the middle of the cavity and the radius of a ball that fits there, m.
     for (name, category, points, radius) in [
         ("mug", "mug", vec![Vec3::new(0.0, 0.0, -0.0175)], 0.028),
@@ -272,7 +268,7 @@ fn parts_are_written_in_the_mesh_frame() {
 #[test]
 #[ignore = "a minute or two"]
 fn quality_table() {
-    let Some(objects) = objects() else { return };
+    let objects = objects();
     let table = std::fs::read_to_string(objects.join("objects.csv")).unwrap();
     let only = std::env::var("ONLY").unwrap_or_default();
     println!(
@@ -344,7 +340,7 @@ fn quality_table() {
 #[test]
 #[ignore = "a minute or two"]
 fn truth_overlaps() {
-    let Some(objects) = objects() else { return };
+    let objects = objects();
     let scenes = objects.join("../scenes");
     let only = std::env::var("ONLY").unwrap_or_default();
     let cache = tempfile::tempdir().unwrap();
