@@ -14,6 +14,9 @@ mod energy;
 mod moments;
 mod place;
 mod sample;
+#[path = "../common/mod.rs"]
+mod scenarios;
+mod solver;
 
 use common::Device;
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -46,6 +49,7 @@ fn main() -> ExitCode {
         elites::TESTS,
         best::TESTS,
         moments::TESTS,
+        solver::TESTS,
         chain::TESTS,
         device::TESTS,
     ];

@@ -258,6 +258,80 @@ pub struct Contact {
     pad: u32,
 }
 
+/// State of a body while a substep is solved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Moving {
+    /// m/s
+    pub linear: Vec3,
+    /// 1 / kg, 0 if static.
+    pub inverse_mass: f32,
+    /// rad/s
+    pub angular: Vec3,
+    pad0: u32,
+    /// Since the substep's start, m.
+    pub shift: Vec3,
+    pad1: u32,
+    /// Since the substep's start, rad.
+    pub turn: Vec3,
+    pad2: u32,
+    /// First column of the world inverse inertia, 1 / (kg m²).
+    pub inertia_x: Vec3,
+    pad3: u32,
+    /// Second column.
+    pub inertia_y: Vec3,
+    pad4: u32,
+    /// Third column.
+    pub inertia_z: Vec3,
+    pad5: u32,
+}
+
+/// A contact point while a substep is solved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Normal {
+    /// Unit, from the first body to the second, world.
+    pub axis: Vec3,
+    /// Effective mass, kg.
+    pub mass: f32,
+    /// Lever arm on the first body × axis, m.
+    pub angular_a: Vec3,
+    /// At the substep's start, less the rest offset, m.
+    pub separation: f32,
+    /// Lever arm on the second body × axis, m.
+    pub angular_b: Vec3,
+    /// Distance from the patch's centre, m.
+    pub lever: f32,
+    /// Accumulated, N s.
+    pub impulse: f32,
+    /// After the last rigid sweep, N s.
+    pub rigid: f32,
+    /// `Contact::load`
+    pub load: f32,
+    pad: u32,
+}
+
+/// Friction of a patch while a substep is solved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Friction {
+    /// Lever arm of the patch's centre on the first body, m.
+    pub arm_a: Vec3,
+    /// Effective mass along the first direction, kg.
+    pub mass_u: f32,
+    /// Lever arm of the patch's centre on the second body, m.
+    pub arm_b: Vec3,
+    /// Effective mass along the second direction, kg.
+    pub mass_v: f32,
+    /// How far the second body had moved past the first when the arms were made, m.
+    pub passed: Vec3,
+    /// Effective mass about the normal, kg m².
+    pub mass_twist: f32,
+    /// Accumulated along both directions, N s, and about the normal, N m s.
+    pub impulse: Vec3,
+    pad: u32,
+}
+
 // Constants that the shaders name themselves, because their Rust types are none of WGSL's.
 const _: () = {
     assert!(constants::STATIC == STATIC);

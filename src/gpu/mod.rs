@@ -10,12 +10,17 @@ mod kernel;
 pub mod kernels;
 mod layout;
 mod population;
+mod solver;
 mod tables;
 
 pub use buffer::{Buffer, Download, Read, Uniform, Write};
 pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, adapters};
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
-pub use layout::{Batch, Contact, Draw, HullPair, Manifold, ManifoldPoint, Patch, Separation, Sim, Update, Weights};
+pub use layout::{
+    Batch, Contact, Draw, Friction, HullPair, Manifold, ManifoldPoint, Moving, Normal, Patch, Separation, Sim, Update,
+    Weights,
+};
 pub use population::Population;
+pub use solver::{Motion, Solver, Touching};
 pub use tables::Tables;
