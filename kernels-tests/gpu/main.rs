@@ -17,6 +17,7 @@ mod sample;
 #[path = "../common/mod.rs"]
 mod scenarios;
 mod solver;
+mod stats;
 
 use common::Device;
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         elites::TESTS,
         best::TESTS,
         moments::TESTS,
+        stats::TESTS,
         solver::TESTS,
         chain::TESTS,
         device::TESTS,

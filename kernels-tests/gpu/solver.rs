@@ -97,8 +97,11 @@ fn patch(patch: &Patch) -> GpuPatch {
 }
 
 fn contact(contact: &Contact) -> GpuContact {
-    let Contact { normal, point, separation, anchors: [anchor_a, anchor_b], impulse, load } = *contact;
-    GpuContact { normal, separation, point, impulse, anchor_a, load, anchor_b, ..GpuContact::zeroed() }
+    let mut out = GpuContact::zeroed();
+    let Contact { normal, point, separation, anchors, impulse, load } = *contact;
+    (out.normal, out.point, out.separation, out.impulse, out.load) = (normal, point, separation, impulse, load);
+    [out.anchor_a, out.anchor_b] = anchors;
+    out
 }
 
 /// Candidates that have been simulated for ever longer, with the contacts of their next substep, and after it.
@@ -186,7 +189,7 @@ fn solved(
     let used = Touching { counts: &counts, patches: &patches, contacts: &contacts };
     let idle = Touching { counts: &unused.0, patches: &unused.1, contacts: &unused.2 };
     let roles = if parity == 0 { [used, idle] } else { [idle, used] };
-    let sizes = (world, candidates, world.capacities);
+    let sizes = [candidates, world.bodies.len() as u32, world.capacities.contacts];
     let solver = Solver::new(&device.gpu, device.kernels()?, sizes, &motion, roles)?;
     device.poison(&solver.moving);
     device.poison(&solver.frictions);

@@ -258,6 +258,26 @@ pub struct Contact {
     pad: u32,
 }
 
+/// How many candidates have each bit of `world::Status` set.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Flags {
+    /// In the order of `Status::NAMES`.
+    pub counts: [u32; Status::NAMES.len()],
+}
+
+/// What an iteration reports.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Stats {
+    /// The best ever.
+    pub best: Energy,
+    /// Total of this iteration's best.
+    pub iteration_best: f32,
+    /// Mean total of this iteration's elites.
+    pub elite_mean: f32,
+}
+
 /// State of a body while a substep is solved.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

@@ -4,23 +4,29 @@
 //! kernels and one struct of buffers for each; `docs/gpu.md` says how the next one is written. Nothing of wgpu is visible
 //! outside this folder.
 
+mod backend;
 mod buffer;
 mod device;
 mod kernel;
 pub mod kernels;
 mod layout;
 mod population;
+mod search;
+mod simulation;
 mod solver;
 mod tables;
 
+pub use backend::GpuBackend;
 pub use buffer::{Buffer, Download, Read, Uniform, Write};
 pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, adapters};
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
 pub use layout::{
-    Batch, Contact, Draw, Friction, HullPair, Manifold, ManifoldPoint, Moving, Normal, Patch, Separation, Sim, Update,
-    Weights,
+    Batch, Contact, Draw, Flags, Friction, HullPair, Manifold, ManifoldPoint, Moving, Normal, Patch, Separation, Sim,
+    Stats, Update, Weights,
 };
 pub use population::Population;
+pub use search::GpuSearch;
+pub use simulation::{Detection, Pace, Simulation, State};
 pub use solver::{Motion, Solver, Touching};
 pub use tables::Tables;

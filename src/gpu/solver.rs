@@ -5,7 +5,6 @@ use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
 use super::layout::{Batch, Body, Contact, Friction, Moving, Normal, Patch, Pose, Sim, Velocity};
-use crate::world::{Capacities, World};
 
 /// Invocations that share a candidate's patches, as in `solve_load`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
@@ -46,19 +45,20 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// Makes the solver's tables for `candidates` copies of `world`; `touching` for even and for odd substeps.
+    /// Makes the solver's tables for so many candidates, bodies of each and slots for contacts; `touching` for even and for
+    /// odd substeps.
     ///
     /// # Errors
     /// If a table is larger than the adapter's buffers.
     pub fn new(
         gpu: &Gpu,
         kernels: &Kernels,
-        (world, candidates, capacities): (&World, u32, Capacities),
+        [candidates, bodies, contacts]: [u32; 3],
         motion: &Motion<'_>,
         touching: [Touching<'_>; 2],
     ) -> Result<Self, GpuError> {
-        let rows = candidates * (world.bodies.len() as u32 + 1);
-        let slots = candidates as usize * capacities.contacts as usize;
+        let rows = candidates * (bodies + 1);
+        let slots = candidates as usize * contacts as usize;
         let moving = Buffer::<Moving>::new(gpu, "moving", rows as usize)?;
         let normals = Buffer::<Normal>::new(gpu, "normals", slots)?;
         let frictions = Buffer::<Friction>::new(gpu, "frictions", slots)?;
