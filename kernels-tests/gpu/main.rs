@@ -8,12 +8,15 @@
 mod best;
 mod chain;
 mod common;
+mod contacts;
 mod device;
 mod elites;
 mod energy;
+mod manifold;
 mod moments;
 mod place;
 mod sample;
+mod touching;
 
 use common::Device;
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -47,6 +50,8 @@ fn main() -> ExitCode {
         best::TESTS,
         moments::TESTS,
         chain::TESTS,
+        manifold::TESTS,
+        contacts::TESTS,
         device::TESTS,
     ];
     let trials = modules.into_iter().flatten().map(|&(name, test)| {

@@ -2,7 +2,7 @@
 
 pub mod best;
 mod broad_phase;
-mod contacts;
+pub mod contacts;
 pub mod elites;
 pub mod energy;
 pub mod moments;
