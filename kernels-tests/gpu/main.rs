@@ -8,9 +8,11 @@
 mod best;
 mod chain;
 mod common;
+mod contacts;
 mod device;
 mod elites;
 mod energy;
+mod manifold;
 mod moments;
 mod place;
 mod sample;
@@ -18,6 +20,7 @@ mod sample;
 mod scenarios;
 mod solver;
 mod stats;
+mod touching;
 
 use common::Device;
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -53,6 +56,8 @@ fn main() -> ExitCode {
         stats::TESTS,
         solver::TESTS,
         chain::TESTS,
+        manifold::TESTS,
+        contacts::TESTS,
         device::TESTS,
     ];
     let trials = modules.into_iter().flatten().map(|&(name, test)| {

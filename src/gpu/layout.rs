@@ -215,6 +215,44 @@ pub struct ManifoldPoint {
     pad: u32,
 }
 
+/// How the two hulls of a pair face each other.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Facing {
+    /// Bodies of A and B.
+    pub bodies: [u32; 2],
+    /// Hulls A and B.
+    pub hulls: [u32; 2],
+    /// The reference face and the other hull's face that is turned against it, numbers within the hulls.
+    pub faces: [u32; 2],
+    /// 0 or 1: A or B has the reference face; 2: no face is aligned; 3: too far apart.
+    pub side: u32,
+    /// Distance within which contacts are made, m.
+    pub margin: f32,
+}
+
+/// Where a face's lines are in the table of lines.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Outline {
+    /// First of the outline's lines; the planes of the faces that bear with it follow.
+    pub first: u32,
+    /// Number of lines.
+    pub lines: u32,
+    /// Number of planes.
+    pub bearing: u32,
+}
+
+/// What is left of the contact points of a body pair, or of a body and the ground.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Merged {
+    /// Points of each patch, eight bits a patch.
+    pub sizes: u32,
+    /// Where the numbers of its points begin.
+    pub first: u32,
+}
+
 /// Contact points of two bodies in about one direction.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

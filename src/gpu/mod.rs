@@ -6,6 +6,7 @@
 
 mod backend;
 mod buffer;
+mod contacts;
 mod device;
 mod kernel;
 pub mod kernels;
@@ -18,12 +19,13 @@ mod tables;
 
 pub use backend::GpuBackend;
 pub use buffer::{Buffer, Download, Read, Uniform, Write};
+pub use contacts::{Contacts, Inputs, outlines};
 pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, adapters};
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
 pub use layout::{
-    Batch, Contact, Draw, Flags, Friction, HullPair, Manifold, ManifoldPoint, Moving, Normal, Patch, Separation, Sim,
-    Stats, Update, Weights,
+    Batch, Contact, Draw, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving, Normal, Outline,
+    Patch, Separation, Sim, Stats, Update, Weights,
 };
 pub use population::Population;
 pub use search::GpuSearch;

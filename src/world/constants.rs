@@ -118,3 +118,12 @@ pub const INCIDENT_COSINE: f32 = 0.99;
 
 /// How far beside a side plane a clipped point still counts as inside, m: corners over corners stay themselves.
 pub const CLIP_TOLERANCE: f32 = 0.1 * LINEAR_SLOP;
+
+/// Most lines of an outline; a face of `MAX_FACE_VERTICES` with its flat neighbours seldom has more than twice as many.
+pub const MAX_LINES: usize = 2 * MAX_FACE_VERTICES;
+
+/// A convex polygon gains at most one corner from each line that cuts it.
+pub const MAX_CLIPPED: usize = MAX_FACE_VERTICES + MAX_LINES;
+
+/// Contact points of a hull pair collected before they are reduced.
+pub const MAX_COLLECTED: usize = MAX_CLIPPED + MAX_MANIFOLD_POINTS;

@@ -6,6 +6,7 @@
 //! other and is shared. All normals point from A to B; a separation is negative where the hulls overlap.
 
 mod manifold;
+mod outline;
 mod plane;
 mod reduce;
 mod reference;
@@ -13,6 +14,7 @@ mod twin;
 mod twin_tables;
 
 pub use manifold::manifold;
+pub use outline::{Outline, bears};
 pub use plane::plane_hull;
 pub use reduce::{Selection, reduce, tangents};
 pub use reference::Reference;
