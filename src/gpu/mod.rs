@@ -5,6 +5,7 @@
 //! outside this folder.
 
 mod buffer;
+mod collide;
 mod device;
 mod kernel;
 pub mod kernels;
@@ -13,9 +14,13 @@ mod population;
 mod tables;
 
 pub use buffer::{Buffer, Download, Read, Uniform, Write};
+pub use collide::{Collide, Motion};
 pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, adapters};
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
-pub use layout::{Batch, Contact, Draw, HullPair, Manifold, ManifoldPoint, Patch, Separation, Sim, Update, Weights};
+pub use layout::{
+    Ball, Batch, Bounds, Contact, Draw, HullPair, Manifold, ManifoldPoint, Patch, Preference, Separation, Sim, Update,
+    Weights,
+};
 pub use population::Population;
 pub use tables::Tables;
