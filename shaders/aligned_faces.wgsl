@@ -2,6 +2,7 @@
 // of a hull pair. First part of `cpu::narrow_phase::manifold`.
 
 #import batch
+#import bounds
 #import constants
 #import contact
 #import facing
@@ -16,7 +17,7 @@
 @group(0) @binding(3) var<storage, read> faces: array<Face>;
 @group(0) @binding(4) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read> poses: array<Pose>;
-@group(0) @binding(6) var<storage, read> margins: array<f32>;
+@group(0) @binding(6) var<storage, read> body_boxes: array<Bounds>;
 @group(0) @binding(7) var<storage, read> hull_pairs: array<HullPair>;
 @group(0) @binding(8) var<storage, read> pair_starts: array<u32>;
 @group(0) @binding(9) var<storage, read> separations: array<Separation>;
@@ -61,6 +62,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let smaller = 1u - larger;
     let reference = select(larger, smaller, cosines[smaller] > cosines[larger] + ALIGNED_BIAS);
     let side = select(reference, NO_FACE, max(cosines.x, cosines.y) < ALIGNED_COSINE);
-    let margin = margins[row + bodies.x] + margins[row + bodies.y];
+    let margin = body_boxes[row + bodies.x].margin + body_boxes[row + bodies.y].margin;
     facings[index] = Facing(bodies, pair, vec2(best[reference], best[1u - reference]), side, margin);
 }

@@ -2,6 +2,7 @@
 // `cpu::narrow_phase::plane_hull`. They lie behind the slots of the hull pairs.
 
 #import batch
+#import bounds
 #import body
 #import constants
 #import contact
@@ -18,7 +19,7 @@
 @group(0) @binding(4) var<storage, read> hull_bodies: array<u32>;
 @group(0) @binding(5) var<storage, read> vertices: array<vec4<f32>>;
 @group(0) @binding(6) var<storage, read> poses: array<Pose>;
-@group(0) @binding(7) var<storage, read> margins: array<f32>;
+@group(0) @binding(7) var<storage, read> body_boxes: array<Bounds>;
 @group(0) @binding(8) var<storage, read_write> manifolds: array<Manifold>;
 @group(0) @binding(9) var<storage, read_write> manifold_points: array<ManifoldPoint>;
 
@@ -34,7 +35,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let slot = candidate * (sim.hull_pairs + hull_count) + sim.hull_pairs + index % hull_count;
     let body = hull_bodies[index % hull_count];
     let pose = poses[candidate * batch.bodies + body];
-    let margin = margins[candidate * batch.bodies + body] + 0.5 * sim.contact_offset;
+    let margin = body_boxes[candidate * batch.bodies + body].margin + 0.5 * sim.contact_offset;
     let up = rotate(conjugate(pose.rotation), vec3(0.0, 1.0, 0.0));
     let height = pose.translation.y;
     let is_far = dot(up, hull.center) + height > margin + hull.radius;

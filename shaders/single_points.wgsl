@@ -25,7 +25,7 @@
 @group(0) @binding(10) var<storage, read_write> manifolds: array<Manifold>;
 @group(0) @binding(11) var<storage, read_write> manifold_points: array<ManifoldPoint>;
 
-const EDGES: u32 = 3u;
+const EDGE_KIND: u32 = 3u;
 const EPSILON: f32 = 1.1920929e-7;
 
 // The nearest points of the segments p + [0, 1] u and q + [0, 1] v, as shares (Ericson, "Real-Time Collision Detection",
@@ -57,7 +57,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let axis = separations[index].normal;
     let distance = separations[index].distance;
     let feature = separations[index].feature;
-    let is_edges = feature >> 24u == EDGES;
+    let is_edges = feature >> 24u == EDGE_KIND;
     if (facing.side == NO_CONTACT || manifolds[slot].count > 0u || (facing.side == NO_FACE && !is_edges)) {
         return;
     }

@@ -18,6 +18,7 @@ mod place;
 mod sample;
 #[path = "../common/mod.rs"]
 mod scenarios;
+mod simulation;
 mod solver;
 mod stats;
 mod touching;
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
         best::TESTS,
         moments::TESTS,
         stats::TESTS,
+        simulation::TESTS,
         solver::TESTS,
         chain::TESTS,
         manifold::TESTS,

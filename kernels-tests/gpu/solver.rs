@@ -186,19 +186,12 @@ fn solved(
     let patches = device.input(&before.patches)?;
     let contacts = device.input(&before.contacts)?;
     let unused = (device.poisoned(1)?, device.poisoned(1)?, device.poisoned(1)?);
-    let motion = Motion {
-        batch: &batch,
-        sim: &sim,
-        bodies: &bodies,
-        poses: &poses,
-        velocities: &velocities,
-        statuses: &statuses,
-    };
+    let motion = Motion { batch: &batch, bodies: &bodies, poses: &poses, velocities: &velocities, statuses: &statuses };
     let used = Touching { counts: &counts, patches: &patches, contacts: &contacts };
     let idle = Touching { counts: &unused.0, patches: &unused.1, contacts: &unused.2 };
     let roles = if parity == 0 { [used, idle] } else { [idle, used] };
     let sizes = [candidates, world.bodies.len() as u32, world.capacities.contacts];
-    let solver = Solver::new(&device.gpu, device.kernels()?, sizes, &motion, roles)?;
+    let solver = Solver::new(&device.gpu, device.kernels()?, sizes, &sim, motion, roles)?;
     device.poison(&solver.moving);
     device.poison(&solver.frictions);
     device.poison(&solver.normals);

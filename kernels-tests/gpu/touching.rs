@@ -4,7 +4,7 @@ use super::common::{Device, noise};
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::narrow_phase::{self, Manifold, PairCache, Separator, manifold, plane_hull};
-use rest3d_gpu::gpu::{Batch, Buffer, Contacts, HullPair, Inputs, Separation, Tables};
+use rest3d_gpu::gpu::{Batch, Bounds, Buffer, Contacts, HullPair, Inputs, Separation, Tables};
 use rest3d_gpu::world::{Body, BodyDef, NarrowPhase, Pose, STATIC, SimSettings, World};
 
 fn cuboid(half: Vec3) -> Vec<Vec3> {
@@ -178,7 +178,7 @@ pub struct Touching {
     pub separations: Buffer<Separation>,
     pub statuses: Buffer<u32>,
     pub contacts: Contacts,
-    _inputs: (Buffer<Batch>, Buffer<Body>, Buffer<f32>, [Buffer<HullPair>; 2], [Buffer<u32>; 2], Tables),
+    _inputs: (Buffer<Batch>, Buffer<Body>, Buffer<Bounds>, [Buffer<HullPair>; 2], [Buffer<u32>; 2], Tables),
 }
 
 impl Touching {
@@ -198,7 +198,9 @@ impl Touching {
         let batch = device.input(&[Batch::new(world, candidates)])?;
         let bodies = device.input(&world.bodies)?;
         let poses = device.poisoned(candidates as usize * world.bodies.len())?;
-        let margins = device.input(&expected[0].iter().flat_map(|e| e.margins.iter().copied()).collect::<Vec<_>>())?;
+        let margins = expected[0].iter().flat_map(|e| &e.margins);
+        let boxes: Vec<_> = margins.map(|margin| Bounds::new(Vec3::ZERO, Vec3::ZERO, *margin)).collect();
+        let body_boxes = device.input(&boxes)?;
         let hull_pairs = [device.input(&rows(0))?, device.input(&rows(1))?];
         let pair_starts = [device.input(&starts(0))?, device.input(&starts(1))?];
         let separations = device.poisoned(candidates as usize * capacity)?;
@@ -208,7 +210,7 @@ impl Touching {
             batch: &batch,
             bodies: &bodies,
             poses: &poses,
-            margins: &margins,
+            body_boxes: &body_boxes,
             hull_pairs: hull_pairs.each_ref(),
             pair_starts: pair_starts.each_ref(),
             separations: &separations,
@@ -225,7 +227,7 @@ impl Touching {
             device.poison(&contacts.points[parity]);
             device.poison(&contacts.starts[parity]);
         }
-        let _inputs = (batch, bodies, margins, hull_pairs, pair_starts, tables);
+        let _inputs = (batch, bodies, body_boxes, hull_pairs, pair_starts, tables);
         Ok(Self { expected, poses, separations, statuses, contacts, _inputs })
     }
 

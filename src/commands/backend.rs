@@ -3,6 +3,7 @@
 use super::{Failure, say};
 use clap::ValueEnum;
 use rest3d_gpu::cpu::CpuBackend;
+use rest3d_gpu::gpu::{AdapterChoice, AdapterKind, GpuBackend, GpuError, adapters};
 use rest3d_gpu::world::Backend;
 use std::num::NonZeroUsize;
 
@@ -12,9 +13,9 @@ pub struct BackendArgs {
     /// Processor that simulates
     #[arg(long, value_enum, default_value_t = Choice::Auto)]
     backend: Choice,
-    /// Graphics adapter, a part of its name (GPU backend only)
+    /// Graphics adapter: its number in `adapters`, a kind such as `discrete`, or a part of its name
     #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    adapter: Option<AdapterChoice>,
     /// CPU threads [default: all]
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
@@ -22,7 +23,7 @@ pub struct BackendArgs {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Choice {
-    /// The best that is there
+    /// A graphics card if there is a fit one, else the CPU
     Auto,
     Gpu,
     Cpu,
@@ -31,22 +32,47 @@ enum Choice {
 impl BackendArgs {
     /// Opens the backend. `--threads` also holds for the making of shapes.
     pub fn open(&self) -> Result<Box<dyn Backend>, Failure> {
-        if matches!(self.backend, Choice::Gpu) {
-            return Err(Failure::Input("--backend gpu: this build has no GPU backend yet; use --backend cpu".into()));
-        }
-        if self.adapter.is_some() {
-            return Err(Failure::Input(
-                "--adapter names a graphics adapter, but this build has no GPU backend yet; leave it out".into(),
-            ));
-        }
         if let Some(threads) = self.threads {
             // Fails only if the pool was already built, which nothing before this does.
             let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
         }
-        let backend = CpuBackend;
-        if matches!(self.backend, Choice::Auto) {
-            say(format_args!("backend: {} (this build has no GPU backend yet)", backend.describe()));
+        match (self.backend, &self.adapter) {
+            (Choice::Cpu, Some(_)) => Err(Failure::Input(
+                "--adapter names a graphics adapter, but --backend cpu uses none; leave one of them out".into(),
+            )),
+            (Choice::Cpu, None) => Ok(Box::new(CpuBackend)),
+            (Choice::Gpu, choice) => gpu(choice.as_ref().unwrap_or(&AdapterChoice::Auto)),
+            (Choice::Auto, Some(choice)) => gpu(choice),
+            (Choice::Auto, None) => Ok(best()),
         }
-        Ok(Box::new(backend))
     }
+}
+
+/// The adapter that was asked for, or what to do about it.
+fn gpu(choice: &AdapterChoice) -> Result<Box<dyn Backend>, Failure> {
+    let backend = GpuBackend::open(choice).map_err(|error| match error {
+        GpuError::NoAdapter(_) | GpuError::Unfit { .. } => {
+            Failure::Input(format!("{error}; or simulate on the processor with --backend cpu"))
+        }
+        error => Failure::Other(error.to_string()),
+    })?;
+    say(format_args!("backend: {}", backend.describe()));
+    Ok(Box::new(backend))
+}
+
+/// A graphics card if there is one that can, else the processor, which software adapters only emulate.
+fn best() -> Box<dyn Backend> {
+    let hardware = adapters().into_iter().filter(|adapter| adapter.kind != AdapterKind::Software && adapter.is_fit());
+    let reason = match hardware.min_by_key(|adapter| (adapter.kind, adapter.index)) {
+        None => "no fit graphics card".into(),
+        Some(adapter) => match GpuBackend::open(&AdapterChoice::Index(adapter.index)) {
+            Ok(backend) => {
+                say(format_args!("backend: {}", backend.describe()));
+                return Box::new(backend);
+            }
+            Err(error) => error.to_string(),
+        },
+    };
+    say(format_args!("backend: {} ({reason})", CpuBackend.describe()));
+    Box::new(CpuBackend)
 }

@@ -5,21 +5,19 @@ use super::device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError};
 use super::kernel::Recorder;
 use super::kernels::Kernels;
 use super::search::GpuSearch;
-use super::simulation::{Detection, Simulation, grown};
+use super::simulation::{Simulation, grown};
 use crate::cpu::CpuBackend;
 use crate::world::{
     Backend, BackendError, Flow, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, World,
 };
-use std::marker::PhantomData;
 
 /// Simulates on a graphics adapter.
-pub struct GpuBackend<D> {
+pub struct GpuBackend {
     gpu: Gpu,
     kernels: Kernels,
-    detection: PhantomData<fn() -> D>,
 }
 
-impl<D: Detection> GpuBackend<D> {
+impl GpuBackend {
     /// Opens the adapter and compiles all kernels.
     ///
     /// # Errors
@@ -27,11 +25,11 @@ impl<D: Detection> GpuBackend<D> {
     pub fn open(choice: &AdapterChoice) -> Result<Self, GpuError> {
         let gpu = Gpu::open(choice)?;
         let kernels = Kernels::compile(&gpu)?;
-        Ok(Self { gpu, kernels, detection: PhantomData })
+        Ok(Self { gpu, kernels })
     }
 
     /// A simulation of all candidates at once.
-    fn simulation(&self, world: &World, settings: &SimSettings, candidates: usize) -> Result<Simulation<D>, GpuError> {
+    fn simulation(&self, world: &World, settings: &SimSettings, candidates: usize) -> Result<Simulation, GpuError> {
         let made = Simulation::fitting(&self.gpu, &self.kernels, world, settings, candidates as u32)?;
         if (made.candidates as usize) < candidates {
             return Err(GpuError::Capacity(format!(
@@ -89,7 +87,7 @@ impl<D: Detection> GpuBackend<D> {
     }
 }
 
-impl<D: Detection> Backend for GpuBackend<D> {
+impl Backend for GpuBackend {
     fn describe(&self) -> String {
         let AdapterReport { name, kind, api, .. } = self.gpu.report();
         format!("GPU, {name} ({kind}, {api})")
@@ -143,7 +141,7 @@ impl<D: Detection> Backend for GpuBackend<D> {
         settings: &'a SearchSettings,
         stream: Stream,
     ) -> Result<Box<dyn Search + 'a>, BackendError> {
-        Ok(Box::new(GpuSearch::<D>::new(&self.gpu, &self.kernels, world, settings, stream)?))
+        Ok(Box::new(GpuSearch::new(&self.gpu, &self.kernels, world, settings, stream)?))
     }
 
     /// A software adapter has the processor's memory; of a card's, drivers do not tell.

@@ -7,7 +7,7 @@ use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
 use super::layout::{
-    Batch, Body, Contact, Facing, HullPair, Manifold, ManifoldPoint, Merged, Outline, Patch, Pose, Separation,
+    Batch, Body, Bounds, Contact, Facing, HullPair, Manifold, ManifoldPoint, Merged, Outline, Patch, Pose, Separation,
 };
 use super::tables::Tables;
 use crate::cpu::narrow_phase;
@@ -21,8 +21,8 @@ pub struct Inputs<'a> {
     pub batch: &'a Buffer<Batch>,
     pub bodies: &'a Buffer<Body>,
     pub poses: &'a Buffer<Pose>,
-    /// Each body's share of the distance within which contacts are made, m, `[candidates][bodies]`.
-    pub margins: &'a Buffer<f32>,
+    /// Each body's share of the distance within which contacts are made, `[candidates][bodies]`.
+    pub body_boxes: &'a Buffer<Bounds>,
     /// By parity, `[candidates][capacity]` and `[candidates][pairs + 1]`.
     pub hull_pairs: [&'a Buffer<HullPair>; 2],
     pub pair_starts: [&'a Buffer<u32>; 2],
@@ -113,7 +113,7 @@ impl Contacts {
             faces: tables.faces.read(),
             pairs: tables.pairs.read(),
             poses: inputs.poses.read(),
-            margins: inputs.margins.read(),
+            body_boxes: inputs.body_boxes.read(),
             hull_pairs: inputs.hull_pairs[parity].read(),
             pair_starts: inputs.pair_starts[parity].read(),
             separations: inputs.separations.read(),
@@ -155,7 +155,7 @@ impl Contacts {
             hull_bodies: self.hull_bodies.read(),
             vertices: tables.vertices.read(),
             poses: inputs.poses.read(),
-            margins: inputs.margins.read(),
+            body_boxes: inputs.body_boxes.read(),
             manifolds: self.manifolds.write(),
             manifold_points: self.manifold_points.write(),
         };

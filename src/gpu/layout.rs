@@ -2,7 +2,11 @@
 //! checked at compile time.
 
 use super::kernels::constants;
-use crate::world::{Capacities, EnergyWeights, PenetrationMode, STATIC, SimSettings, Status, Stream, World};
+use crate::cpu::narrow_phase::{TwinHull, TwinTables};
+use crate::world::constants::{AXIS_BIAS, AXIS_BIAS_RELATIVE};
+use crate::world::{
+    Capacities, EnergyWeights, HullTables, PenetrationMode, STATIC, SimSettings, Status, Stream, World,
+};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -163,6 +167,67 @@ impl Sim {
             contacts: capacities.contacts,
         }
     }
+}
+
+/// Axis-aligned box of a hull or a body.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Bounds {
+    /// World, m.
+    pub center: Vec3,
+    /// Half the distance to an equal body at which contacts are made, m.
+    pub margin: f32,
+    /// Half extents, m.
+    pub half_extents: Vec3,
+    pad: f32,
+}
+
+impl Bounds {
+    /// A box with the margin of its body.
+    pub fn new(center: Vec3, half_extents: Vec3, margin: f32) -> Self {
+        Self { center, margin, half_extents, pad: 0.0 }
+    }
+}
+
+/// Ball inside a hull, for the search of separating axes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Ball {
+    /// Body frame, m.
+    pub center: Vec3,
+    /// m
+    pub radius: f32,
+    /// How far a face's plane may lie outside its own edges, m.
+    pub slack: f32,
+    pad: [u32; 3],
+}
+
+impl Ball {
+    /// One ball a hull.
+    pub fn all(hulls: &HullTables) -> Vec<Self> {
+        let tables = TwinTables::new(hulls);
+        let ball =
+            |hull: &TwinHull| Self { center: hull.center, radius: hull.inner_radius, slack: hull.slack, pad: [0; 3] };
+        tables.hulls.iter().map(ball).collect()
+    }
+}
+
+/// Which of two nearly equal axes is chosen: by how much faces of the larger hull are preferred to the other's, and
+/// faces to edges.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Preference {
+    /// m
+    pub bias: f32,
+    /// Share of the depth.
+    pub relative: f32,
+}
+
+impl Preference {
+    /// For contacts.
+    pub const CONTACT: Self = Self { bias: AXIS_BIAS, relative: AXIS_BIAS_RELATIVE };
+    /// For depths.
+    pub const NONE: Self = Self { bias: 0.0, relative: 0.0 };
 }
 
 /// Two hulls whose boxes overlap.

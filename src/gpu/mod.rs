@@ -6,6 +6,7 @@
 
 mod backend;
 mod buffer;
+mod collide;
 mod contacts;
 mod device;
 mod kernel;
@@ -19,16 +20,17 @@ mod tables;
 
 pub use backend::GpuBackend;
 pub use buffer::{Buffer, Download, Read, Uniform, Write};
+pub use collide::{Collide, Motion};
 pub use contacts::{Contacts, Inputs, outlines};
 pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, adapters};
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
 pub use layout::{
-    Batch, Contact, Draw, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving, Normal, Outline,
-    Patch, Separation, Sim, Stats, Update, Weights,
+    Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving,
+    Normal, Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
 };
 pub use population::Population;
 pub use search::GpuSearch;
-pub use simulation::{Detection, Pace, Simulation, State};
-pub use solver::{Motion, Solver, Touching};
+pub use simulation::{Pace, Simulation, State};
+pub use solver::{Solver, Touching};
 pub use tables::Tables;

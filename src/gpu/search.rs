@@ -6,7 +6,7 @@ use super::kernel::Recorder;
 use super::kernels::Kernels;
 use super::layout::{Flags, Stats};
 use super::population::Population;
-use super::simulation::{Detection, Pace, Simulation, grown};
+use super::simulation::{Pace, Simulation, grown};
 use crate::world::{
     BackendError, Best, Capacities, CemSettings, Distribution, IterationStats, Pose, Search, SearchSettings, Status,
     Stream, Winner, World,
@@ -14,7 +14,7 @@ use crate::world::{
 use bytemuck::Pod;
 
 /// A search over the units of one world.
-pub struct GpuSearch<'a, D> {
+pub struct GpuSearch<'a> {
     gpu: &'a Gpu,
     kernels: &'a Kernels,
     /// With the capacities that it took so far.
@@ -23,7 +23,7 @@ pub struct GpuSearch<'a, D> {
     settings: &'a SearchSettings,
     stream: Stream,
     population: Population,
-    simulation: Simulation<D>,
+    simulation: Simulation,
     pace: Pace,
     iteration: u32,
     distribution: Distribution,
@@ -33,7 +33,7 @@ pub struct GpuSearch<'a, D> {
     std: Download<f32>,
 }
 
-impl<'a, D: Detection> GpuSearch<'a, D> {
+impl<'a> GpuSearch<'a> {
     /// Makes all buffers.
     ///
     /// # Errors
@@ -108,7 +108,7 @@ impl<'a, D: Detection> GpuSearch<'a, D> {
         let cem = CemSettings { candidates: 1, ..settings.cem.clone() };
         let settings = SearchSettings { cem, ..(*settings).clone() };
         let population = Population::new(gpu, kernels, world, &settings, *stream)?;
-        let simulation: Simulation<D> = Simulation::fitting(gpu, kernels, world, &settings.simulation, 1)?;
+        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, 1)?;
         population.deltas.upload(gpu, delta);
         let mut recorder = Recorder::new(gpu);
         population.place(&mut recorder);
@@ -139,7 +139,7 @@ impl<'a, D: Detection> GpuSearch<'a, D> {
 }
 
 /// What cannot tell of an error answers with the last that is known: a device that failed says so at the next iteration.
-impl<D: Detection> Search for GpuSearch<'_, D> {
+impl Search for GpuSearch<'_> {
     fn iterate(&mut self) -> Result<IterationStats, BackendError> {
         if self.world.dimensions() == 0 || self.settings.cem.candidates == 0 {
             return Err(BackendError::Capacity("nothing to search: no unit or no candidate".into()));

@@ -2,11 +2,13 @@
 //! the watchdogs of desktops.
 
 use super::buffer::Buffer;
+use super::collide::{Collide, Motion};
+use super::contacts::{Contacts, Inputs};
 use super::device::{Gpu, GpuError};
 use super::kernel::Recorder;
 use super::kernels::Kernels;
 use super::layout::{Batch, Body, Pose, Velocity};
-use super::solver::{Motion, Solver, Touching};
+use super::solver::{Solver, Touching};
 use super::tables::Tables;
 use crate::world::constants::MAX_CAPACITY_GROWTH;
 use crate::world::{Capacities, SimSettings, Status, World};
@@ -60,30 +62,6 @@ pub fn grown(now: Capacities, first: Capacities, faults: Status) -> Option<Capac
     Some(grown).filter(|grown| *grown != now)
 }
 
-/// Collision detection as the simulation needs it.
-pub trait Detection: Sized {
-    /// Makes it for `state`.
-    ///
-    /// # Errors
-    /// If a table is larger than the adapter's buffers.
-    fn new(
-        gpu: &Gpu,
-        kernels: &Kernels,
-        world: &World,
-        settings: &SimSettings,
-        tables: &Tables,
-        state: &State,
-    ) -> Result<Self, GpuError>;
-    /// Forgets the last candidates.
-    fn reset(&self, recorder: &mut Recorder<'_>);
-    /// Finds the contacts of the next substep, of which `parity` is the number modulo 2.
-    fn detect(&self, recorder: &mut Recorder<'_>, parity: usize);
-    /// Measures the deepest overlap of each body pair, m.
-    fn measure(&self, recorder: &mut Recorder<'_>, depths: &Buffer<f32>);
-    /// Contacts of even and of odd substeps.
-    fn touching(&self) -> [Touching<'_>; 2];
-}
-
 /// What a simulation moves. Tables are candidate-major.
 #[allow(missing_docs)]
 pub struct State {
@@ -118,19 +96,20 @@ impl State {
 }
 
 /// Simulates so many candidates at a time.
-pub struct Simulation<D> {
+pub struct Simulation {
     /// How many.
     pub candidates: u32,
     /// What moves.
     pub state: State,
-    detection: D,
+    collide: Collide,
+    contacts: Contacts,
     solver: Solver,
     steps: u32,
     substeps: u32,
     snapshot_step: u32,
 }
 
-impl<D: Detection> Simulation<D> {
+impl Simulation {
     /// For at most `candidates` at a time: half as many, and half of those, until all buffers are such as the adapter
     /// allows.
     ///
@@ -160,44 +139,55 @@ impl<D: Detection> Simulation<D> {
     ) -> Result<Self, GpuError> {
         let tables = Tables::new(gpu, world, settings)?;
         let state = State::new(gpu, world, candidates)?;
-        let detection = D::new(gpu, kernels, world, settings, &tables, &state)?;
         let motion = Motion {
             batch: &state.batch,
-            sim: &tables.sim,
             bodies: &state.bodies,
             poses: &state.poses,
             velocities: &state.velocities,
             statuses: &state.statuses,
         };
-        let Capacities { contacts, .. } = world.capacities;
-        let solver = Solver::new(
-            gpu,
-            kernels,
-            [candidates, world.bodies.len() as u32, contacts],
-            &motion,
-            detection.touching(),
-        )?;
+        let collide = Collide::new(gpu, kernels, world, settings, &tables, motion)?;
+        let inputs = Inputs {
+            batch: &state.batch,
+            bodies: &state.bodies,
+            poses: &state.poses,
+            body_boxes: &collide.body_boxes,
+            hull_pairs: collide.hull_pairs.each_ref(),
+            pair_starts: collide.pair_starts.each_ref(),
+            separations: &collide.separations,
+            statuses: &state.statuses,
+        };
+        let contacts = Contacts::new(gpu, kernels, world, candidates, &tables, &inputs)?;
+        let touching = [0, 1].map(|parity| Touching {
+            counts: &contacts.patch_counts[parity],
+            patches: &contacts.patches[parity],
+            contacts: &contacts.points[parity],
+        });
+        let sizes = [candidates, world.bodies.len() as u32, world.capacities.contacts];
+        let solver = Solver::new(gpu, kernels, sizes, &tables.sim, motion, touching)?;
         let SimSettings { steps, snapshot_step, .. } = *settings;
         let substeps = settings.substeps.max(1);
-        Ok(Self { candidates, state, detection, solver, steps, substeps, snapshot_step })
+        Ok(Self { candidates, state, collide, contacts, solver, steps, substeps, snapshot_step })
     }
 
     /// Everything is at rest at the present poses, and nothing went wrong yet.
     pub fn rest(&self, recorder: &mut Recorder<'_>) {
         recorder.clear(&self.state.velocities);
         recorder.clear(&self.state.statuses);
-        self.detection.reset(recorder);
+        self.collide.reset(recorder);
+        self.contacts.reset(recorder);
     }
 
     /// One substep; the first after `rest` has parity 0, then they alternate.
     pub fn substep(&self, recorder: &mut Recorder<'_>, parity: usize) {
-        self.detection.detect(recorder, parity);
+        self.collide.detect(recorder, parity);
+        self.contacts.record(recorder, parity);
         self.solver.solve(recorder, parity);
     }
 
     /// Deepest overlaps at the present poses, into `State::depths_placed`.
     pub fn overlaps(&self, recorder: &mut Recorder<'_>) {
-        self.detection.measure(recorder, &self.state.depths_placed);
+        self.collide.measure(recorder, &self.state.depths_placed);
     }
 
     /// All steps from the present poses, with what the energy needs. The work is done when this returns, but for what is
@@ -215,7 +205,7 @@ impl<D: Detection> Simulation<D> {
             }
             recorder = pace.tick(gpu, recorder)?;
         }
-        self.detection.measure(&mut recorder, &self.state.depths_settled);
+        self.collide.measure(&mut recorder, &self.state.depths_settled);
         Ok(recorder)
     }
 }

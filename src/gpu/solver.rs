@@ -1,26 +1,14 @@
 //! The contact solver: a substep from contacts to new poses and velocities.
 
 use super::buffer::Buffer;
+use super::collide::Motion;
 use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
-use super::layout::{Batch, Body, Contact, Friction, Moving, Normal, Patch, Pose, Sim, Velocity};
+use super::layout::{Contact, Friction, Moving, Normal, Patch, Sim};
 
 /// Invocations that share a candidate's patches, as in `solve_load`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
-
-/// What moves, and by which parameters.
-#[allow(missing_docs)]
-pub struct Motion<'a> {
-    pub batch: &'a Buffer<Batch>,
-    pub sim: &'a Buffer<Sim>,
-    pub bodies: &'a Buffer<Body>,
-    /// `[candidates][bodies]`
-    pub poses: &'a Buffer<Pose>,
-    pub velocities: &'a Buffer<Velocity>,
-    /// `[candidates]`
-    pub statuses: &'a Buffer<u32>,
-}
 
 /// Contacts of a substep: tables that change roles every substep.
 pub struct Touching<'a> {
@@ -54,7 +42,8 @@ impl Solver {
         gpu: &Gpu,
         kernels: &Kernels,
         [candidates, bodies, contacts]: [u32; 3],
-        motion: &Motion<'_>,
+        sim: &Buffer<Sim>,
+        motion: Motion<'_>,
         touching: [Touching<'_>; 2],
     ) -> Result<Self, GpuError> {
         let rows = candidates * (bodies + 1);
@@ -72,7 +61,7 @@ impl Solver {
         let steps = touching.map(|Touching { counts, patches, contacts }| {
             let load = kernels::SolveLoadBuffers {
                 batch: motion.batch.uniform(),
-                sim: motion.sim.uniform(),
+                sim: sim.uniform(),
                 poses: motion.poses.read(),
                 moving: moving.read(),
                 patch_counts: counts.read(),
@@ -83,7 +72,7 @@ impl Solver {
             };
             let solve = kernels::SolveBuffers {
                 batch: motion.batch.uniform(),
-                sim: motion.sim.uniform(),
+                sim: sim.uniform(),
                 patch_counts: counts.read(),
                 patches: patches.read(),
                 moving: moving.write(),
@@ -92,7 +81,7 @@ impl Solver {
             };
             let integrate = kernels::IntegrateBuffers {
                 batch: motion.batch.uniform(),
-                sim: motion.sim.uniform(),
+                sim: sim.uniform(),
                 bodies: motion.bodies.read(),
                 moving: moving.read(),
                 patch_counts: counts.read(),

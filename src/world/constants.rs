@@ -28,6 +28,9 @@ pub const MIN_INERTIA_RATIO: f32 = 1e-3;
 /// Largest distance to which the contact margin grows with speed, m: fast bodies see their contacts one step ahead.
 pub const MAX_SPECULATIVE_MARGIN: f32 = 0.1;
 
+/// Half extent of the box of a body without hulls, m: it overlaps nothing.
+pub const NO_EXTENT: f32 = -1e30;
+
 /// Contact points nearer to each other than this are one, m.
 pub const SAME_POINT: f32 = 1e-3;
 

@@ -19,6 +19,7 @@ pub use plane::plane_hull;
 pub use reduce::{Selection, reduce, tangents};
 pub use reference::Reference;
 pub use twin::Twin;
+pub(crate) use twin_tables::{TwinHull, TwinTables};
 
 use crate::world::constants::MAX_MANIFOLD_POINTS;
 use crate::world::{Hull, HullTables, NarrowPhase, Pose};
