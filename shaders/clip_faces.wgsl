@@ -36,14 +36,13 @@ const POLYGON: u32 = MAX_CLIPPED + 1u;
 // Two polygons: one is cut into the other.
 var<private> corners: array<vec3<f32>, 2u * POLYGON>;
 
+// The least separation of them, m.
+var<private> deepest: f32 = -LOWEST;
+
 // Keeps `MAX_MANIFOLD_POINTS` of the points.
 fn thin(count: u32, normal: vec3<f32>) -> u32 {
     let u = tangent(normal);
     let v = cross(normal, u);
-    var deepest = points[0].w;
-    for (var i = 1u; i < count; i++) {
-        deepest = min(deepest, points[i].w);
-    }
     var extremes = no_extremes();
     for (var i = 0u; i < count; i++) {
         let p = points[i];
@@ -57,8 +56,10 @@ fn thin(count: u32, normal: vec3<f32>) -> u32 {
         kept[taken] = p;
         taken += select(0u, 1u, fresh);
     }
+    deepest = -LOWEST;
     for (var k = 0u; k < taken; k++) {
         points[k] = kept[k];
+        deepest = min(deepest, kept[k].w);
     }
     return taken;
 }
@@ -73,7 +74,7 @@ fn reach(start: u32, count: u32, line: vec4<f32>) -> f32 {
 }
 
 // Cuts the polygon of `count` ≥ 1 corners at `start` by a line, into the other one (Sutherland–Hodgman). Every corner is
-// written and then counted or not: branches are what compiles slowly.
+// written and then counted or not: branches, `&&` and `||` too, are what compiles slowly.
 fn cut(start: u32, count: u32, line: vec4<f32>) -> u32 {
     let other = POLYGON - start;
     var kept = 0u;
@@ -124,7 +125,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     for (var face_number = 0u; face_number <= other.face_count; face_number++) {
         // The next face that is turned against the reference face: neighbours in a workgroup go on together.
         for (var k = i; k < other.face_count; k++) {
-            if (k == facing.faces.y || dot(against, faces[other.first_face + k].plane.xyz) >= INCIDENT_COSINE) {
+            let cosine = dot(against, faces[other.first_face + k].plane.xyz);
+            if ((k == facing.faces.y) | (cosine >= INCIDENT_COSINE)) {
                 break;
             }
             i = k + 1u;
@@ -164,10 +166,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             var again = false;
             for (var e = 0u; e < earlier; e++) {
                 let apart = points[e].xyz - p;
-                again = again || dot(apart, apart) < CLIP_TOLERANCE * CLIP_TOLERANCE;
+                again |= dot(apart, apart) < CLIP_TOLERANCE * CLIP_TOLERANCE;
             }
             points[count] = vec4(p, separation);
-            count += select(0u, 1u, separation <= facing.margin && !again);
+            let is_contact = (separation <= facing.margin) & !again;
+            count += select(0u, 1u, is_contact);
+            deepest = select(deepest, min(deepest, separation), is_contact);
         }
     }
     let outward = rotate(pose.rotation, plane.xyz);
