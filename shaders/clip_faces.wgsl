@@ -30,17 +30,19 @@
 // Points found so far; w is the separation, m.
 var<private> points: array<vec4<f32>, MAX_COLLECTED>;
 
+// Room for a polygon, and for what is written behind it and not kept.
+const POLYGON: u32 = MAX_CLIPPED + 1u;
+
 // Two polygons: one is cut into the other.
-var<private> corners: array<vec3<f32>, 2u * MAX_CLIPPED>;
+var<private> corners: array<vec3<f32>, 2u * POLYGON>;
+
+// The least separation of them, m.
+var<private> deepest: f32 = -LOWEST;
 
 // Keeps `MAX_MANIFOLD_POINTS` of the points.
 fn thin(count: u32, normal: vec3<f32>) -> u32 {
     let u = tangent(normal);
     let v = cross(normal, u);
-    var deepest = points[0].w;
-    for (var i = 1u; i < count; i++) {
-        deepest = min(deepest, points[i].w);
-    }
     var extremes = no_extremes();
     for (var i = 0u; i < count; i++) {
         let p = points[i];
@@ -50,36 +52,44 @@ fn thin(count: u32, normal: vec3<f32>) -> u32 {
     var taken = 0u;
     for (var k = 0u; k < MAX_MANIFOLD_POINTS; k++) {
         let p = points[extreme(extremes, k)];
-        if (is_new(&kept, taken, p.xyz)) {
-            kept[taken] = p;
-            taken++;
-        }
+        let fresh = is_new(&kept, taken, p.xyz);
+        kept[taken] = p;
+        taken += select(0u, 1u, fresh);
     }
+    deepest = -LOWEST;
     for (var k = 0u; k < taken; k++) {
         points[k] = kept[k];
+        deepest = min(deepest, kept[k].w);
     }
     return taken;
 }
 
-// Cuts the polygon of `count` corners at `start` by a line, into the other one (Sutherland–Hodgman).
+// How far the polygon of `count` corners at `start` reaches beyond a line, m.
+fn reach(start: u32, count: u32, line: vec4<f32>) -> f32 {
+    var farthest = LOWEST;
+    for (var i = 0u; i < count; i++) {
+        farthest = max(farthest, dot(line.xyz, corners[start + i]) - line.w);
+    }
+    return farthest;
+}
+
+// Cuts the polygon of `count` ≥ 1 corners at `start` by a line, into the other one (Sutherland–Hodgman). Every corner is
+// written and then counted or not: branches, `&&` and `||` too, are what compiles slowly.
 fn cut(start: u32, count: u32, line: vec4<f32>) -> u32 {
-    let other = MAX_CLIPPED - start;
+    let other = POLYGON - start;
     var kept = 0u;
-    var last = corners[start + max(count, 1u) - 1u];
+    var last = corners[start + count - 1u];
     var last_beyond = dot(line.xyz, last) - line.w;
     for (var i = 0u; i < count; i++) {
         let next = corners[start + i];
         let beyond = dot(line.xyz, next) - line.w;
         let inside = beyond <= CLIP_TOLERANCE;
-        if (inside != (last_beyond <= CLIP_TOLERANCE) && kept < MAX_CLIPPED) {
-            let share = clamp(last_beyond / (last_beyond - beyond), 0.0, 1.0);
-            corners[other + kept] = last + share * (next - last);
-            kept++;
-        }
-        if (inside && kept < MAX_CLIPPED) {
-            corners[other + kept] = next;
-            kept++;
-        }
+        let crosses = inside != (last_beyond <= CLIP_TOLERANCE);
+        let share = clamp(last_beyond / select(1.0, last_beyond - beyond, crosses), 0.0, 1.0);
+        corners[other + kept] = last + share * (next - last);
+        kept = min(kept + select(0u, 1u, crosses), MAX_CLIPPED);
+        corners[other + kept] = next;
+        kept = min(kept + select(0u, 1u, inside), MAX_CLIPPED);
         last = next;
         last_beyond = beyond;
     }
@@ -111,16 +121,24 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let outline = outlines[reference];
     let against = -rotate(conjugate(turn), plane.xyz);
     var count = 0u;
-    for (var i = 0u; i <= other.face_count; i++) {
-        // Once more after the last face.
+    var i = 0u;
+    for (var face_number = 0u; face_number <= other.face_count; face_number++) {
+        // The next face that is turned against the reference face: neighbours in a workgroup go on together.
+        for (var k = i; k < other.face_count; k++) {
+            let cosine = dot(against, faces[other.first_face + k].plane.xyz);
+            if ((k == facing.faces.y) | (cosine >= INCIDENT_COSINE)) {
+                break;
+            }
+            i = k + 1u;
+        }
         if (count > MAX_MANIFOLD_POINTS) {
             count = thin(count, plane.xyz);
         }
-        let face = faces[other.first_face + min(i, other.face_count - 1u)];
-        let is_turned = i == facing.faces.y || dot(against, face.plane.xyz) >= INCIDENT_COSINE;
-        if (i == other.face_count || !is_turned) {
-            continue;
+        if (i >= other.face_count) {
+            break;
         }
+        let face = faces[other.first_face + i];
+        i++;
         var lowest = -LOWEST;
         for (var c = 0u; c < face.corner_count; c++) {
             let corner = rotate(turn, vertices[other.first_vertex + face_vertices[face.first_corner + c]].xyz) + shift;
@@ -130,8 +148,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         var kept = select(0u, face.corner_count, lowest <= facing.margin);
         var start = 0u;
         for (var l = 0u; l < outline.lines; l++) {
-            kept = cut(start, kept, lines[outline.first + l]);
-            start = MAX_CLIPPED - start;
+            let line = lines[outline.first + l];
+            if (reach(start, kept, line) > CLIP_TOLERANCE) {
+                kept = cut(start, kept, line);
+                start = POLYGON - start;
+            }
         }
         let earlier = count;
         for (var c = 0u; c < kept; c++) {
@@ -145,23 +166,23 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             var again = false;
             for (var e = 0u; e < earlier; e++) {
                 let apart = points[e].xyz - p;
-                again = again || dot(apart, apart) < CLIP_TOLERANCE * CLIP_TOLERANCE;
+                again |= dot(apart, apart) < CLIP_TOLERANCE * CLIP_TOLERANCE;
             }
-            if (separation <= facing.margin && !again) {
-                points[count] = vec4(p, separation);
-                count++;
-            }
+            points[count] = vec4(p, separation);
+            let is_contact = (separation <= facing.margin) & !again;
+            count += select(0u, 1u, is_contact);
+            deepest = select(deepest, min(deepest, separation), is_contact);
         }
     }
     let outward = rotate(pose.rotation, plane.xyz);
     let normal = select(-outward, outward, is_a);
     manifolds[slot] = Manifold(normal, count);
-    for (var i = 0u; i < count; i++) {
+    for (var k = 0u; k < count; k++) {
         // A point of the other hull and its foot on the reference face.
-        let on_other = rotate(pose.rotation, points[i].xyz) + pose.translation;
-        let foot = on_other - points[i].w * outward;
+        let on_other = rotate(pose.rotation, points[k].xyz) + pose.translation;
+        let foot = on_other - points[k].w * outward;
         let on_a = select(on_other, foot, is_a);
         let on_b = select(foot, on_other, is_a);
-        manifold_points[slot * MAX_MANIFOLD_POINTS + i] = ManifoldPoint(on_a, points[i].w, on_b);
+        manifold_points[slot * MAX_MANIFOLD_POINTS + k] = ManifoldPoint(on_a, points[k].w, on_b);
     }
 }

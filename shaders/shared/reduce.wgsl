@@ -42,7 +42,7 @@ fn is_new(taken: ptr<function, array<vec4<f32>, MAX_MANIFOLD_POINTS>>, count: u3
     var fresh = true;
     for (var i = 0u; i < count; i++) {
         let apart = (*taken)[i].xyz - p;
-        fresh = fresh && dot(apart, apart) >= SAME_POINT * SAME_POINT;
+        fresh &= dot(apart, apart) >= SAME_POINT * SAME_POINT;
     }
     return fresh;
 }
