@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::gpu::{AdapterChoice, GpuBackend};
-use rest3d_gpu::world::{Backend, CemSettings, Flow, Pose, Search, SearchSettings, SimSettings, Status, Stream, World};
+use rest3d_gpu::world::{Backend, CemSettings, Flow, Pose, SearchSettings, SimSettings, Status, Stream, World};
 
 pub const TESTS: &[Test] = &[
     ("simulation::follows_the_cpu", follows_the_cpu),
