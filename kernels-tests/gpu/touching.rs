@@ -14,7 +14,7 @@ fn cuboid(half: Vec3) -> Vec<Vec3> {
 fn prism(n: usize, radius: f32, half_height: f32) -> Vec<Vec3> {
     let corner = |i: usize| {
         let (sin, cos) = ((i / 2) as f32 / n as f32 * std::f32::consts::TAU).sin_cos();
-        Vec3::new(radius * cos, if i % 2 == 0 { half_height } else { -half_height }, radius * sin)
+        Vec3::new(radius * cos, if i.is_multiple_of(2) { half_height } else { -half_height }, radius * sin)
     };
     (0..2 * n).map(corner).collect()
 }
@@ -178,8 +178,11 @@ pub struct Touching {
     pub separations: Buffer<Separation>,
     pub statuses: Buffer<u32>,
     pub contacts: Contacts,
-    _inputs: (Buffer<Batch>, Buffer<Body>, Buffer<Bounds>, [Buffer<HullPair>; 2], [Buffer<u32>; 2], Tables),
+    _inputs: Kept,
 }
+
+/// Inputs that only the device reads.
+type Kept = (Buffer<Batch>, Buffer<Body>, Buffer<Bounds>, [Buffer<HullPair>; 2], [Buffer<u32>; 2], Tables);
 
 impl Touching {
     pub fn new(device: &Device, world: &World, candidates: u32) -> Result<Self, Failed> {
