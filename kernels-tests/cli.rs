@@ -179,9 +179,10 @@ fn bad_usage_is_refused_and_nothing_is_written() {
         (&["--threads", "0"], &["--threads"]),
         (&["--seed", "x"], &["--seed"]),
         (&["--frobnicate"], &["--frobnicate"]),
-        (&["--backend", "gpu"], &["no GPU backend"]),
+        (&["--backend", "gpu", "--adapter", "no such card"], &["graphics adapter", "--backend cpu"]),
+        (&["--backend", "cpu", "--adapter", "0"], &["--adapter", "--backend cpu"]),
         (&["--backend", "tpu"], &["tpu"]),
-        (&["--adapter", "H200"], &["--adapter"]),
+        (&["--adapter", "no such card"], &["graphics adapter"]),
         (&["--config", "nowhere.toml"], &["nowhere.toml", "default, paper, quick"]),
     ] {
         refuses(&case, case.command("optimize").arg("-o").arg(&out).args(arguments), words);

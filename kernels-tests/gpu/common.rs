@@ -32,10 +32,16 @@ impl Device {
 
     /// A buffer of values that no kernel writes.
     pub fn poisoned<T: Pod>(&self, len: usize) -> Result<Buffer<T>, Failed> {
+        let buffer = Buffer::new(&self.gpu, "poisoned", len)?;
+        self.poison(&buffer);
+        Ok(buffer)
+    }
+
+    /// Fills a buffer with values that no kernel writes.
+    pub fn poison<T: Pod>(&self, buffer: &Buffer<T>) {
         const POISON: u32 = 0x7fc0_dead;
-        let words = vec![POISON; len * size_of::<T>() / 4];
-        let data: Vec<T> = bytemuck::pod_collect_to_vec(&words);
-        self.input(&data)
+        let words = vec![POISON; buffer.len() * size_of::<T>() / 4];
+        buffer.upload(&self.gpu, &bytemuck::pod_collect_to_vec::<u32, T>(&words));
     }
 
     pub fn run(&self, step: &Step) {

@@ -8,12 +8,20 @@
 mod best;
 mod chain;
 mod common;
+mod contacts;
 mod device;
 mod elites;
 mod energy;
+mod manifold;
 mod moments;
 mod place;
 mod sample;
+#[path = "../common/mod.rs"]
+mod scenarios;
+mod simulation;
+mod solver;
+mod stats;
+mod touching;
 
 use common::Device;
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -46,7 +54,12 @@ fn main() -> ExitCode {
         elites::TESTS,
         best::TESTS,
         moments::TESTS,
+        stats::TESTS,
+        simulation::TESTS,
+        solver::TESTS,
         chain::TESTS,
+        manifold::TESTS,
+        contacts::TESTS,
         device::TESTS,
     ];
     let trials = modules.into_iter().flatten().map(|&(name, test)| {

@@ -3,7 +3,8 @@
 //! Body boxes first, then hull boxes of the pairs that remain. Boxes are the rotated local boxes, so no vertex is
 //! read. Margins grow with speed, so that a fast body meets its contacts one step ahead.
 
-use crate::world::{Pose, Velocity, World, constants::MAX_SPECULATIVE_MARGIN};
+use crate::world::constants::{MAX_SPECULATIVE_MARGIN, NO_EXTENT};
+use crate::world::{Pose, Velocity, World};
 use glam::{Mat3, Vec3};
 
 /// A hull pair whose boxes overlap.
@@ -19,13 +20,15 @@ pub struct HullPair {
 
 /// Axis-aligned box, m.
 #[derive(Clone, Copy, Debug)]
-struct Bounds {
-    center: Vec3,
-    half: Vec3,
+pub struct Bounds {
+    /// World.
+    pub center: Vec3,
+    /// Half extents.
+    pub half: Vec3,
 }
 
 impl Bounds {
-    const EMPTY: Self = Self { center: Vec3::ZERO, half: Vec3::NEG_INFINITY };
+    const EMPTY: Self = Self { center: Vec3::ZERO, half: Vec3::splat(NO_EXTENT) };
 
     fn overlaps(&self, other: &Self, margin: f32) -> bool {
         ((self.center - other.center).abs()).cmple(self.half + other.half + margin).all()
@@ -39,9 +42,12 @@ impl Bounds {
 /// Scratch of the broad phase of one candidate.
 #[derive(Debug, Default)]
 pub struct BroadPhase {
-    hulls: Vec<Bounds>,
-    bodies: Vec<Bounds>,
-    margins: Vec<f32>,
+    /// A box a hull.
+    pub hulls: Vec<Bounds>,
+    /// A box a body.
+    pub bodies: Vec<Bounds>,
+    /// Half the distance to an equal body at which contacts are made, m.
+    pub margins: Vec<f32>,
 }
 
 impl BroadPhase {

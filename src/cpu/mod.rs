@@ -2,7 +2,7 @@
 
 pub mod best;
 mod broad_phase;
-mod contacts;
+pub mod contacts;
 pub mod elites;
 pub mod energy;
 pub mod moments;
@@ -12,6 +12,7 @@ pub mod sample;
 pub mod search;
 mod simulate;
 mod solve;
+pub mod stats;
 
 pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;

@@ -10,6 +10,7 @@ use super::{
     moments::moments,
     place::place,
     sample::sample,
+    stats::{elite_mean, flags},
 };
 use crate::world::{
     BackendError, Best, Distribution, Energy, IterationStats, Pose, Search, SearchSettings, Status, Stream, Velocity,
@@ -187,16 +188,12 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
             &mut self.distribution.std,
         );
 
-        let energy_of = |&row: &u32| self.energies.get(row as usize).unwrap_or(&self.winner.energy).total;
         let stats = IterationStats {
             iteration: self.iteration,
             best: self.winner.energy,
             iteration_best: self.energies[self.order[0] as usize].total,
-            elite_mean: match self.elites.len() {
-                0 => f32::INFINITY,
-                n => self.elites.iter().map(energy_of).sum::<f32>() / n as f32,
-            },
-            flagged: Status::NAMES.map(|(bit, _)| self.statuses.iter().filter(|s| s.intersects(bit)).count() as u32),
+            elite_mean: elite_mean(&self.energies, &self.elites, &self.winner),
+            flagged: flags(&self.statuses),
         };
         self.iteration += 1;
         Ok(stats)

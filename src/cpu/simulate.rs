@@ -70,17 +70,23 @@ impl Workspace {
 
     /// Advances by one step of `dt`.
     pub fn step(&mut self, world: &World, settings: &SimSettings, narrow: &Separator) {
-        let substeps = settings.substeps.max(1);
-        for _ in 0..substeps {
-            self.collide(world, settings, narrow, settings.dt / substeps as f32);
-            self.solver.substep(&world.bodies, settings, &mut self.poses, &mut self.velocities, &mut self.contacts);
+        for _ in 0..settings.substeps.max(1) {
+            self.collide(world, settings, narrow);
+            self.solve(world, settings);
         }
         if self.poses.iter().any(|p| !p.is_finite()) || self.velocities.iter().any(|v| !v.is_finite()) {
             self.status.insert(Status::NOT_FINITE);
         }
     }
 
-    fn collide(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, dt: f32) {
+    /// Advances by one substep with the contacts at hand.
+    pub fn solve(&mut self, world: &World, settings: &SimSettings) {
+        self.solver.substep(&world.bodies, settings, &mut self.poses, &mut self.velocities, &mut self.contacts);
+    }
+
+    /// Finds the contacts of the next substep.
+    pub fn collide(&mut self, world: &World, settings: &SimSettings, narrow: &Separator) {
+        let dt = settings.dt / settings.substeps.max(1) as f32;
         self.broad.update(world, &self.poses, &self.velocities, settings.contact_offset, dt);
         std::mem::swap(&mut self.pairs, &mut self.old_pairs);
         std::mem::swap(&mut self.caches, &mut self.old_caches);

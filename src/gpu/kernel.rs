@@ -175,6 +175,12 @@ impl<'a> Recorder<'a> {
         self.encoder.copy_buffer_to_buffer(&from.raw, 0, &to.raw, 0, from.raw.size());
     }
 
+    /// Copies `len` elements.
+    pub fn copy_range<T: Pod>(&mut self, from: (&Buffer<T>, usize), to: (&Buffer<T>, usize), len: usize) {
+        let bytes = |elements: usize| (elements * size_of::<T>()) as u64;
+        self.encoder.copy_buffer_to_buffer(&from.0.raw, bytes(from.1), &to.0.raw, bytes(to.1), bytes(len));
+    }
+
     /// Fills a buffer with zeros.
     pub fn clear<T: Pod>(&mut self, buffer: &Buffer<T>) {
         self.encoder.clear_buffer(&buffer.raw, 0, None);
@@ -183,6 +189,12 @@ impl<'a> Recorder<'a> {
     /// Copies the first elements of a buffer to the host.
     pub fn fetch<T: Pod>(&mut self, from: &Buffer<T>, to: &Download<T>) {
         self.encoder.copy_buffer_to_buffer(&from.raw, 0, &to.raw, 0, to.raw.size().min(from.raw.size()));
+    }
+
+    /// Copies as many elements as there is room for to the host, from element `first` on.
+    pub fn fetch_range<T: Pod>(&mut self, from: &Buffer<T>, first: usize, to: &Download<T>) {
+        let bytes = |elements: usize| (elements * size_of::<T>()) as u64;
+        self.encoder.copy_buffer_to_buffer(&from.raw, bytes(first), &to.raw, 0, bytes(to.len));
     }
 
     /// Hands everything to the device, without waiting.

@@ -2,7 +2,11 @@
 //! checked at compile time.
 
 use super::kernels::constants;
-use crate::world::{Capacities, EnergyWeights, PenetrationMode, STATIC, SimSettings, Status, Stream, World};
+use crate::cpu::narrow_phase::{TwinHull, TwinTables};
+use crate::world::constants::{AXIS_BIAS, AXIS_BIAS_RELATIVE};
+use crate::world::{
+    Capacities, EnergyWeights, HullTables, PenetrationMode, STATIC, SimSettings, Status, Stream, World,
+};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -165,6 +169,67 @@ impl Sim {
     }
 }
 
+/// Axis-aligned box of a hull or a body.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Bounds {
+    /// World, m.
+    pub center: Vec3,
+    /// Half the distance to an equal body at which contacts are made, m.
+    pub margin: f32,
+    /// Half extents, m.
+    pub half_extents: Vec3,
+    pad: f32,
+}
+
+impl Bounds {
+    /// A box with the margin of its body.
+    pub fn new(center: Vec3, half_extents: Vec3, margin: f32) -> Self {
+        Self { center, margin, half_extents, pad: 0.0 }
+    }
+}
+
+/// Ball inside a hull, for the search of separating axes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Ball {
+    /// Body frame, m.
+    pub center: Vec3,
+    /// m
+    pub radius: f32,
+    /// How far a face's plane may lie outside its own edges, m.
+    pub slack: f32,
+    pad: [u32; 3],
+}
+
+impl Ball {
+    /// One ball a hull.
+    pub fn all(hulls: &HullTables) -> Vec<Self> {
+        let tables = TwinTables::new(hulls);
+        let ball =
+            |hull: &TwinHull| Self { center: hull.center, radius: hull.inner_radius, slack: hull.slack, pad: [0; 3] };
+        tables.hulls.iter().map(ball).collect()
+    }
+}
+
+/// Which of two nearly equal axes is chosen: by how much faces of the larger hull are preferred to the other's, and
+/// faces to edges.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Preference {
+    /// m
+    pub bias: f32,
+    /// Share of the depth.
+    pub relative: f32,
+}
+
+impl Preference {
+    /// For contacts.
+    pub const CONTACT: Self = Self { bias: AXIS_BIAS, relative: AXIS_BIAS_RELATIVE };
+    /// For depths.
+    pub const NONE: Self = Self { bias: 0.0, relative: 0.0 };
+}
+
 /// Two hulls whose boxes overlap.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -215,6 +280,44 @@ pub struct ManifoldPoint {
     pad: u32,
 }
 
+/// How the two hulls of a pair face each other.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Facing {
+    /// Bodies of A and B.
+    pub bodies: [u32; 2],
+    /// Hulls A and B.
+    pub hulls: [u32; 2],
+    /// The reference face and the other hull's face that is turned against it, numbers within the hulls.
+    pub faces: [u32; 2],
+    /// 0 or 1: A or B has the reference face; 2: no face is aligned; 3: too far apart.
+    pub side: u32,
+    /// Distance within which contacts are made, m.
+    pub margin: f32,
+}
+
+/// Where a face's lines are in the table of lines.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Outline {
+    /// First of the outline's lines; the planes of the faces that bear with it follow.
+    pub first: u32,
+    /// Number of lines.
+    pub lines: u32,
+    /// Number of planes.
+    pub bearing: u32,
+}
+
+/// What is left of the contact points of a body pair, or of a body and the ground.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Merged {
+    /// Points of each patch, eight bits a patch.
+    pub sizes: u32,
+    /// Where the numbers of its points begin.
+    pub first: u32,
+}
+
 /// Contact points of two bodies in about one direction.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -255,6 +358,100 @@ pub struct Contact {
     pub load: f32,
     /// The point in the frame of the second body, m.
     pub anchor_b: Vec3,
+    pad: u32,
+}
+
+/// How many candidates have each bit of `world::Status` set.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Flags {
+    /// In the order of `Status::NAMES`.
+    pub counts: [u32; Status::NAMES.len()],
+}
+
+/// What an iteration reports.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Stats {
+    /// The best ever.
+    pub best: Energy,
+    /// Total of this iteration's best.
+    pub iteration_best: f32,
+    /// Mean total of this iteration's elites.
+    pub elite_mean: f32,
+}
+
+/// State of a body while a substep is solved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Moving {
+    /// m/s
+    pub linear: Vec3,
+    /// 1 / kg, 0 if static.
+    pub inverse_mass: f32,
+    /// rad/s
+    pub angular: Vec3,
+    pad0: u32,
+    /// Since the substep's start, m.
+    pub shift: Vec3,
+    pad1: u32,
+    /// Since the substep's start, rad.
+    pub turn: Vec3,
+    pad2: u32,
+    /// First column of the world inverse inertia, 1 / (kg m²).
+    pub inertia_x: Vec3,
+    pad3: u32,
+    /// Second column.
+    pub inertia_y: Vec3,
+    pad4: u32,
+    /// Third column.
+    pub inertia_z: Vec3,
+    pad5: u32,
+}
+
+/// A contact point while a substep is solved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Normal {
+    /// Unit, from the first body to the second, world.
+    pub axis: Vec3,
+    /// Effective mass, kg.
+    pub mass: f32,
+    /// Lever arm on the first body × axis, m.
+    pub angular_a: Vec3,
+    /// At the substep's start, less the rest offset, m.
+    pub separation: f32,
+    /// Lever arm on the second body × axis, m.
+    pub angular_b: Vec3,
+    /// Distance from the patch's centre, m.
+    pub lever: f32,
+    /// Accumulated, N s.
+    pub impulse: f32,
+    /// After the last rigid sweep, N s.
+    pub rigid: f32,
+    /// `Contact::load`
+    pub load: f32,
+    pad: u32,
+}
+
+/// Friction of a patch while a substep is solved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Friction {
+    /// Lever arm of the patch's centre on the first body, m.
+    pub arm_a: Vec3,
+    /// Effective mass along the first direction, kg.
+    pub mass_u: f32,
+    /// Lever arm of the patch's centre on the second body, m.
+    pub arm_b: Vec3,
+    /// Effective mass along the second direction, kg.
+    pub mass_v: f32,
+    /// How far the second body had moved past the first when the arms were made, m.
+    pub passed: Vec3,
+    /// Effective mass about the normal, kg m².
+    pub mass_twist: f32,
+    /// Accumulated along both directions, N s, and about the normal, N m s.
+    pub impulse: Vec3,
     pad: u32,
 }
 

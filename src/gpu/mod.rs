@@ -4,18 +4,33 @@
 //! kernels and one struct of buffers for each; `docs/gpu.md` says how the next one is written. Nothing of wgpu is visible
 //! outside this folder.
 
+mod backend;
 mod buffer;
+mod collide;
+mod contacts;
 mod device;
 mod kernel;
 pub mod kernels;
 mod layout;
 mod population;
+mod search;
+mod simulation;
+mod solver;
 mod tables;
 
+pub use backend::GpuBackend;
 pub use buffer::{Buffer, Download, Read, Uniform, Write};
+pub use collide::{Collide, Motion};
+pub use contacts::{Contacts, Inputs, outlines};
 pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, adapters};
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
-pub use layout::{Batch, Contact, Draw, HullPair, Manifold, ManifoldPoint, Patch, Separation, Sim, Update, Weights};
+pub use layout::{
+    Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving,
+    Normal, Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
+};
 pub use population::Population;
+pub use search::GpuSearch;
+pub use simulation::{Pace, Simulation, State};
+pub use solver::{Solver, Touching};
 pub use tables::Tables;

@@ -7,7 +7,7 @@ use super::buffer::Buffer;
 use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
-use super::layout::{Batch, Body, Draw, Energy, Pose, Unit, Update, Velocity, Weights, Winner};
+use super::layout::{Batch, Body, Draw, Energy, Flags, Pose, Stats, Unit, Update, Velocity, Weights, Winner};
 use crate::world::{Distribution, SearchSettings, Stream, World};
 
 /// The candidates of a search. Tables of all candidates are candidate-major.
@@ -51,8 +51,12 @@ pub struct Population {
     pub elites: Buffer<u32>,
     pub count: Buffer<u32>,
     pub winner: Buffer<Winner>,
+    /// What the host reads of an iteration.
+    pub flags: Buffer<Flags>,
+    pub stats: Buffer<Stats>,
     drawing: [Step; 2],
-    ranking: [Step; 4],
+    flagging: Step,
+    ranking: [Step; 5],
     stream: Stream,
     sample_mean: bool,
 }
@@ -103,6 +107,8 @@ impl Population {
         let elites = Buffer::new(gpu, "elites", wanted as usize)?;
         let count = Buffer::new(gpu, "count", 1)?;
         let winner = Buffer::from_slice(gpu, "winner", &[Winner::NONE])?;
+        let flags = Buffer::new(gpu, "flags", 1)?;
+        let stats = Buffer::new(gpu, "stats", 1)?;
 
         let sample = kernels::SampleBuffers {
             batch: batch.uniform(),
@@ -162,6 +168,17 @@ impl Population {
             mean: mean.write(),
             std: std.write(),
         };
+        let flag = kernels::FlagsBuffers { batch: batch.uniform(), statuses: statuses.read(), flags: flags.write() };
+        let report = kernels::StatsBuffers {
+            batch: batch.uniform(),
+            energies: energies.read(),
+            order: order.read(),
+            elites: elites.read(),
+            count: count.read(),
+            winner: winner.read(),
+            stats: stats.write(),
+        };
+        let flagging = flag.step(gpu, kernels, 1);
         let drawing = [
             sample.step(gpu, kernels, sizes.candidates * sizes.dimensions.div_ceil(4)),
             place.step(gpu, kernels, rows as u32),
@@ -171,6 +188,7 @@ impl Population {
             rank.step(gpu, kernels, 1),
             best.step(gpu, kernels, 1),
             moments.step(gpu, kernels, sizes.dimensions),
+            report.step(gpu, kernels, 1),
         ];
         let sample_mean = cem.sample_mean;
         Ok(Self {
@@ -200,7 +218,10 @@ impl Population {
             elites,
             count,
             winner,
+            flags,
+            stats,
             drawing,
+            flagging,
             ranking,
             stream,
             sample_mean,
@@ -226,7 +247,17 @@ impl Population {
         recorder.clear(&self.statuses);
     }
 
-    /// Turns what was simulated into energies, elites and the next distribution.
+    /// Places what `deltas` holds.
+    pub fn place(&self, recorder: &mut Recorder<'_>) {
+        recorder.run(&self.drawing[1..]);
+    }
+
+    /// Counts what went wrong in the simulation, into `flags`.
+    pub fn flag(&self, recorder: &mut Recorder<'_>) {
+        recorder.run([&self.flagging]);
+    }
+
+    /// Turns what was simulated into energies, elites, the next distribution and `stats`.
     pub fn rank(&self, recorder: &mut Recorder<'_>) {
         recorder.run(&self.ranking);
     }

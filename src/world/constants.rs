@@ -28,6 +28,9 @@ pub const MIN_INERTIA_RATIO: f32 = 1e-3;
 /// Largest distance to which the contact margin grows with speed, m: fast bodies see their contacts one step ahead.
 pub const MAX_SPECULATIVE_MARGIN: f32 = 0.1;
 
+/// Half extent of the box of a body without hulls, m: it overlaps nothing.
+pub const NO_EXTENT: f32 = -1e30;
+
 /// Contact points nearer to each other than this are one, m.
 pub const SAME_POINT: f32 = 1e-3;
 
@@ -121,3 +124,12 @@ pub const INCIDENT_COSINE: f32 = 0.99;
 
 /// How far beside a side plane a clipped point still counts as inside, m: corners over corners stay themselves.
 pub const CLIP_TOLERANCE: f32 = 0.1 * LINEAR_SLOP;
+
+/// Most lines of an outline; a face of `MAX_FACE_VERTICES` with its flat neighbours seldom has more than twice as many.
+pub const MAX_LINES: usize = 2 * MAX_FACE_VERTICES;
+
+/// A convex polygon gains at most one corner from each line that cuts it.
+pub const MAX_CLIPPED: usize = MAX_FACE_VERTICES + MAX_LINES;
+
+/// Contact points of a hull pair collected before they are reduced.
+pub const MAX_COLLECTED: usize = MAX_CLIPPED + MAX_MANIFOLD_POINTS;

@@ -5,22 +5,13 @@
 //! contact is one point. Hulls that overlap always get at least one point; hulls apart get none that is not truly
 //! within the margin.
 
+use super::outline::{Outline, bears};
 use super::{Feature, HullPair, MAX_MANIFOLD_POINTS, Manifold, ManifoldPoint, Separation, reduce};
 use crate::world::Face;
 use crate::world::constants::{
-    ALIGNED_BIAS, ALIGNED_COSINE, CLIP_TOLERANCE, COPLANAR_COSINE, INCIDENT_COSINE, LINEAR_SLOP, MAX_FACE_VERTICES,
-    MAX_HULL_FACES,
+    ALIGNED_BIAS, ALIGNED_COSINE, CLIP_TOLERANCE, INCIDENT_COSINE, LINEAR_SLOP, MAX_CLIPPED, MAX_COLLECTED,
 };
 use glam::{Mat3, Vec3, Vec4};
-
-/// Most lines of an outline; a face of `MAX_FACE_VERTICES` with its flat neighbours seldom has more than twice as many.
-const MAX_LINES: usize = 2 * MAX_FACE_VERTICES;
-
-/// A convex polygon gains at most one corner from each line that cuts it.
-const MAX_CLIPPED: usize = MAX_FACE_VERTICES + MAX_LINES;
-
-/// Points collected before they are reduced.
-const MAX_COLLECTED: usize = MAX_CLIPPED + MAX_MANIFOLD_POINTS;
 
 /// Makes the contact points of `pair` within `margin` (m) along the axis of `separation`, which must be this pair's, at
 /// these poses. `out.normal` is the reference face's normal, or the axis where no face is aligned.
@@ -178,9 +169,7 @@ struct Clip<'a> {
     rotation: Mat3,
     shift: Vec3,
     faces: &'a [Face],
-    /// Outward unit directions across the normal, and limits, m.
-    outline: [(Vec3, f32); MAX_LINES],
-    lines: usize,
+    outline: Outline,
 }
 
 impl<'a> Clip<'a> {
@@ -189,7 +178,7 @@ impl<'a> Clip<'a> {
         let faces = pair.tables.faces_of(hull);
         let plane = faces[face as usize].plane;
         let (rotation, shift) = pair.other_to(reference);
-        let mut clip = Self {
+        Self {
             pair,
             reference,
             vertices: pair.tables.vertices_of(hull),
@@ -199,64 +188,14 @@ impl<'a> Clip<'a> {
             offset: plane.w,
             rotation,
             shift,
-            outline: [(Vec3::ZERO, 0.0); MAX_LINES],
-            lines: 0,
-        };
-        clip.outline();
-        clip
-    }
-
-    /// True for the reference face and every face that is nearly as flat: what rests on one rests on all.
-    fn bears(&self, face: &Face) -> bool {
-        face.normal().dot(self.normal) >= COPLANAR_COSINE
+            outline: Outline::new(pair.tables, hull, face),
+        }
     }
 
     /// Separation of a point in the reference hull's frame from its bearing faces, m.
     fn separation(&self, p: Vec3) -> f32 {
-        let bearing = self.faces.iter().filter(|face| self.bears(face));
+        let bearing = self.faces.iter().filter(|face| bears(face, self.normal));
         bearing.map(|face| face.normal().dot(p) - face.plane.w).fold(self.normal.dot(p) - self.offset, f32::max)
-    }
-
-    /// A line for each steep face round the bearing ones, through its edges with them. A plate's top that is chamfered by
-    /// a tenth of a degree is one surface: clipping against one facet alone would drop half of what rests on it.
-    fn outline(&mut self) {
-        if self.faces.iter().filter(|face| self.bears(face)).count() == 1 {
-            let corner = |k: usize| self.vertices[self.corners[k % self.corners.len()] as usize].truncate();
-            for k in 0..self.corners.len() {
-                let outward = (corner(k + 1) - corner(k)).cross(self.normal).normalize_or_zero();
-                self.outline[k] = (outward, outward.dot(corner(k)));
-            }
-            self.lines = self.corners.len();
-            return;
-        }
-        let mut line_of = [MAX_LINES; MAX_HULL_FACES];
-        for edge in self.pair.tables.edges_of(self.pair.hull(self.reference)) {
-            let steep = match edge.faces.map(|f| self.bears(&self.faces[f as usize])) {
-                [true, false] => edge.faces[1] as usize,
-                [false, true] => edge.faces[0] as usize,
-                _ => continue,
-            };
-            if line_of[steep] == MAX_LINES {
-                if self.lines == MAX_LINES {
-                    continue;
-                }
-                let outward = self.faces[steep].normal().reject_from_normalized(self.normal).normalize_or_zero();
-                self.outline[self.lines] = (outward, f32::NEG_INFINITY);
-                line_of[steep] = self.lines;
-                self.lines += 1;
-            }
-            let (outward, limit) = &mut self.outline[line_of[steep]];
-            for v in edge.vertices {
-                *limit = limit.max(outward.dot(self.vertices[v as usize].truncate()));
-            }
-        }
-        // No farther than where the steep face cuts the reference plane: a flat slope reaches far below it.
-        for (steep, &line) in line_of.iter().enumerate().filter(|(_, line)| **line < MAX_LINES) {
-            let plane = self.faces[steep].plane;
-            let cosine = self.normal.dot(plane.truncate());
-            let (_, limit) = &mut self.outline[line];
-            *limit = limit.min((plane.w - cosine * self.offset) / (1.0 - cosine * cosine).sqrt());
-        }
     }
 
     /// A face of the other hull, in the reference hull's frame, into `polygon`. False if it is nowhere within `margin`.
@@ -275,11 +214,11 @@ impl<'a> Clip<'a> {
     /// What of `polygon` lies over the bearing faces, in one of the two buffers.
     fn clipped<'p>(&self, polygon: &'p mut Polygon, other: &'p mut Polygon) -> &'p Polygon {
         let (mut from, mut to) = (polygon, other);
-        for &(outward, limit) in &self.outline[..self.lines] {
+        for line in self.outline.lines() {
             if from.count == 0 {
                 break;
             }
-            if from.cut(outward, limit, to) {
+            if from.cut(line.truncate(), line.w, to) {
                 std::mem::swap(&mut from, &mut to);
             }
         }

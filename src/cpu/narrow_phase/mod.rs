@@ -6,6 +6,7 @@
 //! other and is shared. All normals point from A to B; a separation is negative where the hulls overlap.
 
 mod manifold;
+mod outline;
 mod plane;
 mod reduce;
 mod reference;
@@ -13,10 +14,12 @@ mod twin;
 mod twin_tables;
 
 pub use manifold::manifold;
+pub use outline::{Outline, bears};
 pub use plane::plane_hull;
 pub use reduce::{Selection, reduce, tangents};
 pub use reference::Reference;
 pub use twin::Twin;
+pub(crate) use twin_tables::{TwinHull, TwinTables};
 
 use crate::world::constants::MAX_MANIFOLD_POINTS;
 use crate::world::{Hull, HullTables, NarrowPhase, Pose};

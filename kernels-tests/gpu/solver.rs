@@ -1,0 +1,243 @@
+//! Kernels `solve_bodies`, `solve_load`, `solve`, `integrate`: one substep from the CPU's contacts.
+
+use super::Test;
+use super::common::{Device, SIZES, Value, compare, noise};
+use crate::scenarios::{Scenario, truncated_cube};
+use bytemuck::Zeroable;
+use glam::{Quat, Vec3};
+use libtest_mimic::Failed;
+use rest3d_gpu::cpu::contacts::{Contact, Patch};
+use rest3d_gpu::cpu::{Workspace, narrow_phase::Separator};
+use rest3d_gpu::gpu::{Batch, Motion, Recorder, Sim, Solver, Touching};
+use rest3d_gpu::gpu::{Contact as GpuContact, Patch as GpuPatch};
+use rest3d_gpu::world::{Pose, SimSettings, Status, Velocity, World};
+
+pub const TESTS: &[Test] = &[
+    ("solver::is_its_twin", is_its_twin),
+    ("solver::gives_the_same_bits_again", gives_the_same_bits_again),
+    ("solver::tells_what_is_not_finite", tells_what_is_not_finite),
+];
+
+/// Sums over hundreds of sweeps that are contracted differently: m/s and rad/s; kilogrammes make N s of them.
+const TOLERANCE: f32 = 2e-5;
+
+/// So many different states are repeated to fill a batch.
+const STATES: usize = 24;
+
+impl Value for Velocity {
+    fn distance(&self, other: &Self) -> f32 {
+        let apart = |a: Vec3, b: Vec3| a.distance(b) / b.length().max(1.0);
+        apart(self.linear, other.linear) + apart(self.angular, other.angular)
+    }
+    fn spoil(&mut self, by: f32) {
+        self.angular.z.spoil(2.0 * by);
+    }
+}
+
+impl Value for GpuPatch {
+    fn distance(&self, other: &Self) -> f32 {
+        self.friction.distance(other.friction) + (self.twist - other.twist).abs()
+    }
+    fn spoil(&mut self, by: f32) {
+        self.twist.spoil(by);
+    }
+}
+
+impl Value for GpuContact {
+    fn distance(&self, other: &Self) -> f32 {
+        self.impulse.distance(&other.impulse) + self.load.distance(&other.load)
+    }
+    fn spoil(&mut self, by: f32) {
+        self.impulse.spoil(by);
+    }
+}
+
+/// A stack, a block on a slope, three bodies in mid-air that overlap or are about to, and a table.
+fn world() -> World {
+    let mut scenario = Scenario::default();
+    for level in 0..3 {
+        let at = Vec3::Y * (0.1 + 0.2 * level as f32);
+        scenario.cuboid(Vec3::splat(0.1), 1.0, at, Quat::from_rotation_y(0.3 * level as f32));
+    }
+    let tilt = Quat::from_rotation_z(0.4);
+    let slope = Vec3::new(2.0, 0.5, 0.0);
+    scenario.fixed(vec![truncated_cube(0.5)], slope, tilt);
+    scenario.cuboid(Vec3::splat(0.1), 2.0, slope + tilt * (0.599 * Vec3::Y), tilt);
+    for x in [0.0, 0.17, 0.36] {
+        scenario.body(vec![truncated_cube(0.1)], 1.0, Vec3::splat(0.007), Pose::new(tilt, Vec3::new(x, 2.0, 3.0)));
+    }
+    scenario.table(8.0);
+    scenario.world()
+}
+
+/// A candidate before a substep or after it.
+#[derive(Clone)]
+struct State {
+    poses: Vec<Pose>,
+    velocities: Vec<Velocity>,
+    patches: Vec<GpuPatch>,
+    contacts: Vec<GpuContact>,
+}
+
+impl State {
+    fn of(workspace: &Workspace) -> Self {
+        let set = workspace.contacts();
+        Self {
+            poses: workspace.poses.clone(),
+            velocities: workspace.velocities.clone(),
+            patches: set.patches.iter().map(patch).collect(),
+            contacts: set.points.iter().map(contact).collect(),
+        }
+    }
+}
+
+fn patch(patch: &Patch) -> GpuPatch {
+    let Patch { pair, a, b, first, count, normal, friction, twist } = *patch;
+    GpuPatch { normal, pair, friction, twist, a, b, first, count }
+}
+
+fn contact(contact: &Contact) -> GpuContact {
+    let mut out = GpuContact::zeroed();
+    let Contact { normal, point, separation, anchors, impulse, load } = *contact;
+    (out.normal, out.point, out.separation, out.impulse, out.load) = (normal, point, separation, impulse, load);
+    [out.anchor_a, out.anchor_b] = anchors;
+    out
+}
+
+/// Candidates that have been simulated for ever longer, with the contacts of their next substep, and after it. Left out is
+/// what a rounding error decides on the CPU, too: whether there is one more sweep, or new lever arms.
+fn states(world: &World, settings: &SimSettings) -> Result<Vec<[State; 2]>, Failed> {
+    let narrow = Separator::new(settings.narrow_phase, &world.hulls);
+    let mut workspace = Workspace::new(world);
+    let mut substep = |i: usize, rounding: f32| {
+        let shifts = noise(30 + i as u32, 3 * world.start.len());
+        let shifted = |(pose, shift): (&Pose, &[f32])| {
+            Pose::new(pose.rotation, pose.translation + 0.003 * Vec3::from_slice(shift))
+        };
+        workspace.start(&world.start.iter().zip(shifts.chunks_exact(3)).map(shifted).collect::<Vec<_>>());
+        for _ in 0..i {
+            workspace.step(world, settings, &narrow);
+        }
+        workspace.collide(world, settings, &narrow);
+        workspace.poses.iter_mut().for_each(|pose| pose.translation *= 1.0 + rounding);
+        let before = State::of(&workspace);
+        workspace.solve(world, settings);
+        [before, State::of(&workspace)]
+    };
+    let all = (0..STATES).map(|i| [0.0, f32::EPSILON, -f32::EPSILON].map(|rounding| substep(i, rounding)));
+    let same = |a: &State, b: &State| compare(&a.velocities, &b.velocities, 0.5 * TOLERANCE).is_ok();
+    let kept: Vec<_> = all
+        .filter(|[exact, up, down]| same(&exact[1], &up[1]) && same(&exact[1], &down[1]))
+        .map(|[exact, ..]| exact)
+        .collect();
+    if kept.len() < STATES * 3 / 4 {
+        return Err(format!("only {} states are well posed", kept.len()).into());
+    }
+    Ok(kept)
+}
+
+/// Tables of a batch in which state follows state, and again from the first.
+struct Tables {
+    poses: Vec<Pose>,
+    velocities: Vec<Velocity>,
+    counts: Vec<u32>,
+    patches: Vec<GpuPatch>,
+    contacts: Vec<GpuContact>,
+}
+
+impl Tables {
+    fn new(world: &World, states: &[State], candidates: u32) -> Self {
+        let slots = world.capacities.contacts as usize;
+        let mut tables = Self {
+            poses: Vec::new(),
+            velocities: Vec::new(),
+            counts: Vec::new(),
+            patches: Vec::new(),
+            contacts: Vec::new(),
+        };
+        for (i, state) in states.iter().cycle().take(candidates as usize).enumerate() {
+            tables.poses.extend(&state.poses);
+            tables.velocities.extend(&state.velocities);
+            tables.counts.push(state.patches.len() as u32);
+            tables.patches.extend(&state.patches);
+            tables.patches.resize((i + 1) * slots, GpuPatch::zeroed());
+            tables.contacts.extend(&state.contacts);
+            tables.contacts.resize((i + 1) * slots, GpuContact::zeroed());
+        }
+        tables
+    }
+}
+
+/// Runs a substep in tables of the given parity; compares with what is expected, if anything.
+fn solved(
+    device: &Device,
+    (world, settings, parity): (&World, &SimSettings, usize),
+    before: &Tables,
+    after: Option<&Tables>,
+) -> Result<(Vec<Pose>, Vec<u32>), Failed> {
+    let candidates = before.counts.len() as u32;
+    let batch = device.input(&[Batch::new(world, candidates)])?;
+    let sim = device.input(&[Sim::new(settings, world.capacities)])?;
+    let bodies = device.input(&world.bodies)?;
+    let poses = device.input(&before.poses)?;
+    let velocities = device.input(&before.velocities)?;
+    let statuses = device.input(&vec![0u32; before.counts.len()])?;
+    let counts = device.input(&before.counts)?;
+    let patches = device.input(&before.patches)?;
+    let contacts = device.input(&before.contacts)?;
+    let unused = (device.poisoned(1)?, device.poisoned(1)?, device.poisoned(1)?);
+    let motion = Motion { batch: &batch, bodies: &bodies, poses: &poses, velocities: &velocities, statuses: &statuses };
+    let used = Touching { counts: &counts, patches: &patches, contacts: &contacts };
+    let idle = Touching { counts: &unused.0, patches: &unused.1, contacts: &unused.2 };
+    let roles = if parity == 0 { [used, idle] } else { [idle, used] };
+    let sizes = [candidates, world.bodies.len() as u32, world.capacities.contacts];
+    let solver = Solver::new(&device.gpu, device.kernels()?, sizes, &sim, motion, roles)?;
+    device.poison(&solver.moving);
+    device.poison(&solver.frictions);
+    device.poison(&solver.normals);
+    let mut recorder = Recorder::new(&device.gpu);
+    solver.solve(&mut recorder, parity);
+    recorder.submit();
+    if let Some(after) = after {
+        let what = format!("{candidates}, parity {parity}");
+        device.expect(&format!("poses, {what}"), &poses, &after.poses, TOLERANCE)?;
+        device.expect(&format!("velocities, {what}"), &velocities, &after.velocities, TOLERANCE)?;
+        device.expect(&format!("patches, {what}"), &patches, &after.patches, TOLERANCE)?;
+        device.expect(&format!("contacts, {what}"), &contacts, &after.contacts, TOLERANCE)?;
+    }
+    Ok((device.fetch(&poses)?, device.fetch(&statuses)?))
+}
+
+fn is_its_twin(device: &Device) -> Result<(), Failed> {
+    let world = world();
+    for velocity_iterations in [1, 3] {
+        let settings = SimSettings { velocity_iterations, ..Default::default() };
+        let (before, after): (Vec<_>, Vec<_>) = states(&world, &settings)?.into_iter().map(|[b, a]| (b, a)).unzip();
+        for (parity, candidates) in SIZES.into_iter().enumerate() {
+            let tables = [&before, &after].map(|states| Tables::new(&world, states, candidates));
+            solved(device, (&world, &settings, parity % 2), &tables[0], Some(&tables[1]))?;
+        }
+    }
+    Ok(())
+}
+
+fn gives_the_same_bits_again(device: &Device) -> Result<(), Failed> {
+    let (world, settings) = (world(), SimSettings::default());
+    let before: Vec<State> = states(&world, &settings)?.into_iter().map(|[before, _]| before).collect();
+    let run = |candidates| {
+        let tables = Tables::new(&world, &before, candidates);
+        solved(device, (&world, &settings, 0), &tables, None).map(|(poses, _)| poses)
+    };
+    let (first, again, fewer) = (run(65)?, run(65)?, run(7)?);
+    if first == again && first.starts_with(&fewer) { Ok(()) } else { Err("two runs differ".into()) }
+}
+
+fn tells_what_is_not_finite(device: &Device) -> Result<(), Failed> {
+    let (world, settings) = (world(), SimSettings::default());
+    let before: Vec<State> = states(&world, &settings)?.into_iter().map(|[before, _]| before).collect();
+    let mut tables = Tables::new(&world, &before, 7);
+    tables.velocities[3 * world.bodies.len()].linear.x = f32::INFINITY;
+    let (_, statuses) = solved(device, (&world, &settings, 0), &tables, None)?;
+    let expected: Vec<u32> = (0..7).map(|i| if i == 3 { Status::NOT_FINITE.0 } else { 0 }).collect();
+    if statuses == expected { Ok(()) } else { Err(format!("{statuses:?}").into()) }
+}

@@ -1,0 +1,100 @@
+// Kernel `axis_faces`: the face along whose normal two hulls are farthest apart, one invocation a hull pair.
+//
+// Twin of `best_face` in `src/cpu/narrow_phase/twin.rs`, faces in the same order. A face is measured in its own frame.
+
+#import constants
+#import axis
+#import batch
+#import bounds
+#import contact
+#import frame
+#import grid
+#import hull
+#import pose
+#import sim
+
+@group(0) @binding(0) var<uniform> batch: Batch;
+@group(0) @binding(1) var<uniform> sim: Sim;
+@group(0) @binding(2) var<uniform> preference: Preference;
+@group(0) @binding(3) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(4) var<storage, read> hulls: array<Hull>;
+@group(0) @binding(5) var<storage, read> balls: array<Ball>;
+@group(0) @binding(6) var<storage, read> vertices: array<vec4<f32>>;
+@group(0) @binding(7) var<storage, read> faces: array<Face>;
+@group(0) @binding(8) var<storage, read> poses: array<Pose>;
+@group(0) @binding(9) var<storage, read> body_boxes: array<Bounds>;
+@group(0) @binding(10) var<storage, read> pair_starts: array<u32>;
+@group(0) @binding(11) var<storage, read_write> hull_pairs: array<HullPair>;
+@group(0) @binding(12) var<storage, read_write> separations: array<Separation>;
+
+#import lowest
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
+    let index = invocation(id, workgroups);
+    if (index >= batch.candidates * sim.hull_pairs) {
+        return;
+    }
+    let candidate = index / sim.hull_pairs;
+    if (index % sim.hull_pairs >= pair_starts[(candidate + 1u) * (batch.pairs + 1u) - 1u]) {
+        return;
+    }
+    let known = separations[index];
+    if ((known.feature & UNSETTLED) == 0u) {
+        return;
+    }
+    let pair = hull_pairs[index];
+    let bodies = pairs[pair.pair] + candidate * batch.bodies;
+    let margin = body_boxes[bodies.x].margin + body_boxes[bodies.y].margin;
+    let to_a = between(poses[bodies.x], poses[bodies.y]);
+    let larger = u32(hulls[pair.b].radius > hulls[pair.a].radius);
+
+    var best = Separation(vec3(0.0), least_distance(preference, known), 0u);
+    for (var turn = 0u; turn < 2u && best.distance <= margin; turn++) {
+        let on_b = (larger ^ turn) == 1u;
+        let hull = hulls[select(pair.a, pair.b, on_b)];
+        let other = hulls[select(pair.b, pair.a, on_b)];
+        let ball = balls[select(pair.b, pair.a, on_b)];
+        var frame = to_a;
+        if (on_b) {
+            frame = inverse(to_a);
+        }
+        let center = carried(frame, ball.center);
+        var least = best.distance + select(preferred(preference, best.distance), 0.0, best.feature == 0u);
+        // The plane farthest from the centre first: it is often the best one and rules out the others. Groups of four as
+        // in the twin.
+        var peak = -FAR;
+        var start = 0u;
+        for (var i = 0u; i < hull.face_count; i++) {
+            let plane = faces[hull.first_face + i].plane;
+            let height = dot(plane.xyz, center) - plane.w;
+            start = select(start, i, height > peak);
+            peak = max(peak, height);
+        }
+        start &= ~3u;
+        for (var i = 0u; i < hull.face_count && best.distance <= margin; i++) {
+            let number = start + i - select(0u, hull.face_count, start + i >= hull.face_count);
+            let plane = faces[hull.first_face + number].plane;
+            // The separation is at most that from the ball inside the other hull.
+            if (dot(plane.xyz, center) - plane.w - ball.radius <= least) {
+                continue;
+            }
+            let distance = lowest(other, plane.xyz * frame.rotation) + dot(plane.xyz, frame.shift) - plane.w;
+            if (distance > least) {
+                least = distance;
+                let normal = select(plane.xyz, -plane.xyz, on_b);
+                best = Separation(normal, distance, number | select(FACE_A, FACE_B, on_b));
+            }
+        }
+    }
+
+    if (best.distance > margin) {
+        hull_pairs[index].cache = best.feature;
+        separations[index] = Separation();
+    } else if (best.feature != 0u) {
+        let body = select(bodies.x, bodies.y, (best.feature & KIND) == FACE_B);
+        best.normal = rotate(poses[body].rotation, best.normal);
+        best.feature |= UNSETTLED;
+        separations[index] = best;
+    }
+}

@@ -1,0 +1,112 @@
+// Kernel `merge`: the contact points that stay of an entry's manifolds, in a few patches, one invocation a body pair of a
+// candidate, and past the pairs a body and the ground: as `cpu::contacts::Gatherer`. Points are known by their numbers in
+// `manifold_points`.
+
+#import batch
+#import body
+#import constants
+#import contact
+#import grid
+#import merged
+#import reduce
+#import sim
+
+@group(0) @binding(0) var<uniform> batch: Batch;
+@group(0) @binding(1) var<uniform> sim: Sim;
+@group(0) @binding(2) var<storage, read> bodies: array<Body>;
+@group(0) @binding(3) var<storage, read> pair_starts: array<u32>;
+@group(0) @binding(4) var<storage, read> manifolds: array<Manifold>;
+@group(0) @binding(5) var<storage, read> manifold_points: array<ManifoldPoint>;
+@group(0) @binding(6) var<storage, read_write> merged: array<Merged>;
+@group(0) @binding(7) var<storage, read_write> merged_points: array<u32>;
+
+const USED: u32 = 0xffffffffu;
+
+var<private> gathered: array<u32, MAX_GATHERED_POINTS>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
+    let index = invocation(id, workgroups);
+    let entries = batch.pairs + batch.bodies;
+    if (index >= batch.candidates * entries) {
+        return;
+    }
+    let candidate = index / entries;
+    let entry = index % entries;
+    let row = candidate * (arrayLength(&manifolds) / batch.candidates);
+    var first = 0u;
+    var end = 0u;
+    if (entry < batch.pairs) {
+        let pair = candidate * (batch.pairs + 1u) + entry;
+        first = row + min(pair_starts[pair], sim.hull_pairs);
+        end = row + min(pair_starts[pair + 1u], sim.hull_pairs);
+    } else {
+        let body = bodies[entry - batch.pairs];
+        first = row + sim.hull_pairs + body.first_hull;
+        end = first + body.hull_count;
+    }
+    var sizes = 0u;
+    var count = 0u;
+    for (var slot = first; slot <= end; slot++) {
+        var added = 0u;
+        if (slot < end) {
+            added = manifolds[slot].count;
+        }
+        if (slot == end || count + added > MAX_GATHERED_POINTS) {
+            var kept: array<u32, MAX_PATCHES * MAX_MANIFOLD_POINTS>;
+            var kept_count = 0u;
+            sizes = 0u;
+            for (var k = 0u; k < MAX_PATCHES; k++) {
+                var deepest = USED;
+                var depth = -LOWEST;
+                for (var i = 0u; i < count; i++) {
+                    if (gathered[i] != USED && manifold_points[gathered[i]].separation < depth) {
+                        deepest = gathered[i];
+                        depth = manifold_points[deepest].separation;
+                    }
+                }
+                if (deepest == USED) {
+                    break;
+                }
+                let normal = manifolds[deepest / MAX_MANIFOLD_POINTS].normal;
+                let u = tangent(normal);
+                let v = cross(normal, u);
+                var extremes = no_extremes();
+                for (var i = 0u; i < count; i++) {
+                    let number = gathered[i];
+                    if (number != USED && dot(manifolds[number / MAX_MANIFOLD_POINTS].normal, normal) >= PATCH_COSINE) {
+                        let p = manifold_points[number];
+                        offer(&extremes, vec2(dot(u, p.on_b), dot(v, p.on_b)), p.separation - depth, number);
+                        gathered[i] = USED;
+                    }
+                }
+                var positions: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
+                var taken = 0u;
+                for (var j = 0u; j < MAX_MANIFOLD_POINTS; j++) {
+                    let number = extreme(extremes, j);
+                    let p = manifold_points[number].on_b;
+                    if (is_new(&positions, taken, p)) {
+                        positions[taken] = vec4(p, 0.0);
+                        kept[kept_count + taken] = number;
+                        taken++;
+                    }
+                }
+                kept_count += taken;
+                sizes = insertBits(sizes, taken, 8u * k, 8u);
+            }
+            count = kept_count;
+            for (var i = 0u; i < count; i++) {
+                gathered[i] = kept[i];
+            }
+        }
+        for (var i = 0u; i < added; i++) {
+            gathered[count + i] = slot * MAX_MANIFOLD_POINTS + i;
+        }
+        count += added;
+    }
+    // Not more than were gathered, so they fit into the slots of these manifolds.
+    merged[index] = Merged(sizes, first * MAX_MANIFOLD_POINTS);
+    for (var i = 0u; i < count; i++) {
+        merged_points[first * MAX_MANIFOLD_POINTS + i] = gathered[i];
+    }
+}

@@ -1,0 +1,38 @@
+// What the kernels of the separating-axis search share. They find an axis in turns: the last substep's, faces, edges.
+
+// `Separation::feature` and `HullPair::cache`: kind, and numbers of 12 bits.
+const FACE_A: u32 = 1u << 24u;
+const FACE_B: u32 = 2u << 24u;
+const EDGES: u32 = 3u << 24u;
+const KIND: u32 = 3u << 24u;
+
+// Between the kernels: the search goes on, and the axis so far is only the last substep's.
+const UNSETTLED: u32 = 1u << 31u;
+const REMEMBERED: u32 = 1u << 30u;
+
+// Larger than every length, m.
+const FAR: f32 = 1e30;
+
+// Ball inside a hull, body frame, m.
+struct Ball {
+    center: vec3<f32>,
+    radius: f32,
+    // How far a face's plane may lie outside its own edges, m.
+    slack: f32,
+}
+
+// By how much faces of the larger hull are preferred to the other's, and faces to edges: m, and as a share of the depth.
+struct Preference {
+    bias: f32,
+    relative: f32,
+}
+
+fn preferred(preference: Preference, distance: f32) -> f32 {
+    return preference.bias + preference.relative * max(-distance, 0.0);
+}
+
+// Whatever is worse than the remembered axis by more than both preferences cannot win.
+fn least_distance(preference: Preference, axis: Separation) -> f32 {
+    let floor = axis.distance - 2.0 * preferred(preference, axis.distance) - LINEAR_SLOP;
+    return select(-FAR, floor, (axis.feature & REMEMBERED) != 0u);
+}

@@ -1,0 +1,249 @@
+// Kernel `solve`: all small steps of a substep, one invocation a candidate, patch after patch.
+//
+// The order is `src/cpu/solve.rs`': accelerate, warm start, friction, soft normals, advance, follow, then friction and
+// rigid normals until nothing approaches any more. Both kinds of sweep are one loop, because software drivers compile
+// code that occurs twice twice.
+
+#import constants
+#import batch
+#import contact
+#import grid
+#import sim
+#import solver
+
+const TAU: f32 = 6.2831853;
+
+@group(0) @binding(0) var<uniform> batch: Batch;
+@group(0) @binding(1) var<uniform> sim: Sim;
+@group(0) @binding(2) var<storage, read> patch_counts: array<u32>;
+@group(0) @binding(3) var<storage, read> patches: array<Patch>;
+@group(0) @binding(4) var<storage, read_write> moving: array<Moving>;
+@group(0) @binding(5) var<storage, read_write> frictions: array<Friction>;
+@group(0) @binding(6) var<storage, read_write> normals: array<Normal>;
+
+// Two bodies while their constraints are solved.
+struct Pair {
+    a: u32,
+    b: u32,
+    mass_a: f32,
+    mass_b: f32,
+    inertia_a: mat3x3<f32>,
+    inertia_b: mat3x3<f32>,
+    linear_a: vec3<f32>,
+    angular_a: vec3<f32>,
+    linear_b: vec3<f32>,
+    angular_b: vec3<f32>,
+}
+
+// Row of `moving` with a patch's first body.
+fn first_body(at: Patch, bodies: u32) -> u32 {
+    return bodies + select(at.a, batch.bodies, at.a == GROUND);
+}
+
+fn pair_of(at: Patch, bodies: u32) -> Pair {
+    let a = first_body(at, bodies);
+    let b = bodies + at.b;
+    let body_a = moving[a];
+    let body_b = moving[b];
+    return Pair(
+        a,
+        b,
+        body_a.inverse_mass,
+        body_b.inverse_mass,
+        inertia_of(body_a),
+        inertia_of(body_b),
+        body_a.linear,
+        body_a.angular,
+        body_b.linear,
+        body_b.angular,
+    );
+}
+
+fn store(pair: ptr<function, Pair>) {
+    moving[(*pair).a].linear = (*pair).linear_a;
+    moving[(*pair).a].angular = (*pair).angular_a;
+    moving[(*pair).b].linear = (*pair).linear_b;
+    moving[(*pair).b].angular = (*pair).angular_b;
+}
+
+// Relative velocity along the row, m/s or rad/s.
+fn relative(pair: ptr<function, Pair>, row: Row) -> f32 {
+    return dot(row.axis, (*pair).linear_b - (*pair).linear_a) + dot(row.angular_b, (*pair).angular_b)
+        - dot(row.angular_a, (*pair).angular_a);
+}
+
+fn push(pair: ptr<function, Pair>, row: Row, impulse: f32) {
+    (*pair).linear_a -= impulse * (*pair).mass_a * row.axis;
+    (*pair).angular_a -= impulse * ((*pair).inertia_a * row.angular_a);
+    (*pair).linear_b += impulse * (*pair).mass_b * row.axis;
+    (*pair).angular_b += impulse * ((*pair).inertia_b * row.angular_b);
+}
+
+fn accelerate(bodies: u32) {
+    let linear = 1.0 / (1.0 + sim.small_step * sim.linear_damping);
+    let angular = 1.0 / (1.0 + sim.small_step * sim.angular_damping);
+    for (var i = bodies; i < bodies + batch.bodies; i++) {
+        let gain = select(sim.small_step * sim.gravity, 0.0, moving[i].inverse_mass == 0.0);
+        moving[i].linear = (moving[i].linear + vec3(0.0, gain, 0.0)) * linear;
+        moving[i].angular *= angular;
+    }
+}
+
+fn warm_start(bodies: u32, slots: u32, count: u32) {
+    for (var i = slots; i < slots + count; i++) {
+        let at = patches[i];
+        let friction = frictions[i];
+        let u = tangent(at.normal);
+        var pair = pair_of(at, bodies);
+        push(&pair, row_along(u, friction.arm_a, friction.arm_b), friction.impulse.x);
+        push(&pair, row_along(cross(at.normal, u), friction.arm_a, friction.arm_b), friction.impulse.y);
+        push(&pair, row_about(at.normal), friction.impulse.z);
+        store(&pair);
+    }
+    for (var i = slots; i < slots + count; i++) {
+        let at = patches[i];
+        var pair = pair_of(at, bodies);
+        for (var j = slots + at.first; j < slots + at.first + at.count; j++) {
+            push(&pair, Row(normals[j].axis, normals[j].angular_a, normals[j].angular_b), normals[j].impulse);
+        }
+        store(&pair);
+    }
+}
+
+// Coulomb: the tangential impulse stays in the disk of radius μ times the patch's normal impulse, the twist below what
+// the points' friction can resist about the centre.
+fn sweep_friction(bodies: u32, slots: u32, count: u32) {
+    for (var i = slots; i < slots + count; i++) {
+        let at = patches[i];
+        let friction = frictions[i];
+        var pair = pair_of(at, bodies);
+        var limit = 0.0;
+        var twist_limit = 0.0;
+        for (var j = slots + at.first; j < slots + at.first + at.count; j++) {
+            limit += normals[j].rigid;
+            twist_limit += normals[j].rigid * normals[j].lever;
+        }
+        limit *= sim.friction;
+        twist_limit *= sim.friction;
+        let old = friction.impulse;
+        let spin = row_about(at.normal);
+        let twist = clamp(old.z - friction.mass_twist * relative(&pair, spin), -twist_limit, twist_limit);
+        push(&pair, spin, twist - old.z);
+        let axis = tangent(at.normal);
+        let u = row_along(axis, friction.arm_a, friction.arm_b);
+        let v = row_along(cross(at.normal, axis), friction.arm_a, friction.arm_b);
+        let wanted = old.xy - vec2(friction.mass_u * relative(&pair, u), friction.mass_v * relative(&pair, v));
+        let size = length(wanted);
+        let tangential = wanted * select(1.0, limit / size, size > limit);
+        push(&pair, u, tangential.x - old.x);
+        push(&pair, v, tangential.y - old.y);
+        frictions[i].impulse = vec3(tangential, twist);
+        store(&pair);
+    }
+}
+
+// One sweep over all patches: with `soft` overlap is pushed out, without only approach is stopped. What is still apart
+// may come no closer than touching. Gives the largest change of a contact's relative speed, m/s.
+fn sweep_normals(bodies: u32, slots: u32, count: u32, soft: bool) -> f32 {
+    // Implicit damped spring over a small step (E. Catto, "Soft Constraints", GDC 2011).
+    let h = sim.small_step;
+    let omega = TAU * min(CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE / h);
+    let a1 = 2.0 * CONTACT_DAMPING_RATIO + h * omega;
+    let a2 = h * omega * a1;
+    let a3 = 1.0 / (1.0 + a2);
+    var largest = 0.0;
+    for (var i = slots; i < slots + count; i++) {
+        let at = patches[i];
+        var pair = pair_of(at, bodies);
+        let shift = moving[pair.b].shift - moving[pair.a].shift;
+        let turn_a = moving[pair.a].turn;
+        let turn_b = moving[pair.b].turn;
+        for (var k = 0u; k < PATCH_SWEEPS * at.count; k++) {
+            let j = slots + at.first + k % at.count;
+            let n = normals[j];
+            let row = Row(n.axis, n.angular_a, n.angular_b);
+            let moved = dot(n.axis, shift) + dot(n.angular_b, turn_b) - dot(n.angular_a, turn_a);
+            let separation = n.separation + moved;
+            let springy = soft && separation <= 0.0;
+            let push_out = max(omega / a1 * min(separation + LINEAR_SLOP, 0.0), -sim.max_push_out);
+            let bias = select(max(separation, 0.0) / h, push_out, springy);
+            let correction = n.mass * select(1.0, a2 * a3, springy) * (relative(&pair, row) + bias);
+            let total = max(n.impulse - correction - select(0.0, a3, springy) * (n.impulse - n.load), 0.0);
+            let change = total - n.impulse;
+            push(&pair, row, change);
+            largest = max(largest, abs(change) / n.mass);
+            normals[j].impulse = total;
+            normals[j].rigid = select(total, n.rigid, soft);
+        }
+        store(&pair);
+    }
+    return largest;
+}
+
+// Moves the bodies by their velocities.
+fn advance(bodies: u32) {
+    for (var i = bodies; i < bodies + batch.bodies; i++) {
+        moving[i].shift += sim.small_step * moving[i].linear;
+        moving[i].turn += sim.small_step * moving[i].angular;
+    }
+}
+
+// Two free bodies that have moved past each other push at a common point again, half-way. On something fixed a contact's
+// points go with the body that moves.
+fn follow(bodies: u32, slots: u32, count: u32) {
+    for (var i = slots; i < slots + count; i++) {
+        let at = patches[i];
+        let a = moving[first_body(at, bodies)];
+        let b = moving[bodies + at.b];
+        let passed = b.shift - a.shift;
+        let further = passed - frictions[i].passed;
+        let is_fixed = a.inverse_mass == 0.0 || b.inverse_mass == 0.0;
+        if (is_fixed || dot(further, further) < ARM_TOLERANCE * ARM_TOLERANCE) {
+            continue;
+        }
+        let by = 0.5 * further;
+        let arm_a = frictions[i].arm_a + by;
+        let arm_b = frictions[i].arm_b - by;
+        let u = tangent(at.normal);
+        frictions[i].arm_a = arm_a;
+        frictions[i].arm_b = arm_b;
+        frictions[i].passed = passed;
+        frictions[i].mass_u = mass_of(row_along(u, arm_a, arm_b), a, b);
+        frictions[i].mass_v = mass_of(row_along(cross(at.normal, u), arm_a, arm_b), a, b);
+        for (var j = slots + at.first; j < slots + at.first + at.count; j++) {
+            let axis = normals[j].axis;
+            let turn = cross(by, axis);
+            let row = Row(axis, normals[j].angular_a + turn, normals[j].angular_b - turn);
+            normals[j].angular_a = row.angular_a;
+            normals[j].angular_b = row.angular_b;
+            normals[j].mass = mass_of(row, a, b);
+        }
+    }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
+    let candidate = invocation(id, workgroups);
+    if (candidate >= batch.candidates) {
+        return;
+    }
+    let bodies = candidate * (batch.bodies + 1u);
+    let slots = candidate * sim.contacts;
+    let count = min(patch_counts[candidate], sim.contacts);
+    for (var step = 0u; step < sim.small_steps; step++) {
+        accelerate(bodies);
+        warm_start(bodies, slots, count);
+        let extra = select(0u, max(sim.velocity_iterations, 1u) - 1u, step + 1u == sim.small_steps);
+        var end = 1u + MAX_RELAXING_SWEEPS + extra;
+        for (var sweep = 0u; sweep < end; sweep++) {
+            if (sweep == 1u) {
+                advance(bodies);
+                follow(bodies, slots, count);
+            }
+            sweep_friction(bodies, slots, count);
+            let largest = sweep_normals(bodies, slots, count, sweep == 0u);
+            // Relaxed: only the sweeps that are made in any case remain.
+            end = select(end, min(end, sweep + 1u + extra), sweep > 0u && largest < RELAXED_SPEED);
+        }
+    }
+}

@@ -1,0 +1,83 @@
+// Kernel `solve_load`: rows of all patches and points at the start of a substep; 32 invocations share a candidate's
+// patches.
+
+#import batch
+#import contact
+#import grid
+#import pose
+#import sim
+#import solver
+
+const PATCH_LANES: u32 = 32u;
+
+@group(0) @binding(0) var<uniform> batch: Batch;
+@group(0) @binding(1) var<uniform> sim: Sim;
+@group(0) @binding(2) var<storage, read> poses: array<Pose>;
+@group(0) @binding(3) var<storage, read> moving: array<Moving>;
+@group(0) @binding(4) var<storage, read> patch_counts: array<u32>;
+@group(0) @binding(5) var<storage, read> patches: array<Patch>;
+@group(0) @binding(6) var<storage, read> contacts: array<Contact>;
+@group(0) @binding(7) var<storage, read_write> frictions: array<Friction>;
+@group(0) @binding(8) var<storage, read_write> normals: array<Normal>;
+
+// Where the patch carries its load: the mean of its points, weighted by their last impulses; unweighted at first.
+fn center_of_pressure(first: u32, count: u32) -> vec3<f32> {
+    var total = 0.0;
+    var sum = vec3(0.0);
+    var weighted = vec3(0.0);
+    for (var i = first; i < first + count; i++) {
+        let point = contacts[i].point;
+        let impulse = contacts[i].impulse;
+        total += impulse;
+        sum += point;
+        weighted += impulse * point;
+    }
+    return select(sum / f32(count), weighted / total, total > 0.0);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
+    let index = invocation(id, workgroups);
+    let candidate = index / PATCH_LANES;
+    if (candidate >= batch.candidates) {
+        return;
+    }
+    let slots = candidate * sim.contacts;
+    let first_body = candidate * batch.bodies;
+    let first_moving = candidate * (batch.bodies + 1u);
+    for (var i = index % PATCH_LANES; i < min(patch_counts[candidate], sim.contacts); i += PATCH_LANES) {
+        let at = patches[slots + i];
+        let grounded = at.a == GROUND;
+        let a = moving[first_moving + select(at.a, batch.bodies, grounded)];
+        let b = moving[first_moving + at.b];
+        let origin_a = select(poses[first_body + select(at.a, 0u, grounded)].translation, vec3(0.0), grounded);
+        let origin_b = poses[first_body + at.b].translation;
+        let first = slots + at.first;
+        let center = center_of_pressure(first, at.count);
+        let u = tangent(at.normal);
+        let v = cross(at.normal, u);
+        var friction = Friction();
+        friction.arm_a = center - origin_a;
+        friction.arm_b = center - origin_b;
+        friction.mass_u = mass_of(row_along(u, friction.arm_a, friction.arm_b), a, b);
+        friction.mass_v = mass_of(row_along(v, friction.arm_a, friction.arm_b), a, b);
+        friction.mass_twist = mass_of(row_about(at.normal), a, b);
+        friction.impulse = vec3(dot(at.friction, u), dot(at.friction, v), at.twist);
+        frictions[slots + i] = friction;
+        for (var j = first; j < first + at.count; j++) {
+            let contact = contacts[j];
+            let row = row_along(contact.normal, contact.point - origin_a, contact.point - origin_b);
+            normals[j] = Normal(
+                row.axis,
+                mass_of(row, a, b),
+                row.angular_a,
+                contact.separation - sim.rest_offset,
+                row.angular_b,
+                distance(contact.point, center),
+                contact.impulse,
+                contact.impulse,
+                contact.load,
+            );
+        }
+    }
+}

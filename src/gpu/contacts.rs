@@ -1,0 +1,247 @@
+//! From the axes of hull pairs to the patches and contact points that the solver reads.
+//!
+//! Two tables of patches and points change roles: a substep of one parity reads the impulses of the other's.
+
+use super::buffer::Buffer;
+use super::device::{Gpu, GpuError};
+use super::kernel::{Recorder, Step};
+use super::kernels::{self, Kernels};
+use super::layout::{
+    Batch, Body, Bounds, Contact, Facing, HullPair, Manifold, ManifoldPoint, Merged, Outline, Patch, Pose, Separation,
+};
+use super::tables::Tables;
+use crate::cpu::narrow_phase;
+use crate::world::constants::MAX_MANIFOLD_POINTS;
+use crate::world::{HullTables, World};
+use glam::Vec4;
+
+/// What is known before: the state of the bodies and what the search for axes found.
+#[allow(missing_docs)]
+pub struct Inputs<'a> {
+    pub batch: &'a Buffer<Batch>,
+    pub bodies: &'a Buffer<Body>,
+    pub poses: &'a Buffer<Pose>,
+    /// Each body's share of the distance within which contacts are made, `[candidates][bodies]`.
+    pub body_boxes: &'a Buffer<Bounds>,
+    /// By parity, `[candidates][capacity]` and `[candidates][pairs + 1]`.
+    pub hull_pairs: [&'a Buffer<HullPair>; 2],
+    pub pair_starts: [&'a Buffer<u32>; 2],
+    /// `[candidates][capacity]`
+    pub separations: &'a Buffer<Separation>,
+    /// `[candidates]`
+    pub statuses: &'a Buffer<u32>,
+}
+
+/// Contacts of all candidates. An *entry* of a candidate is a body pair or, past the pairs, a body and the ground; a
+/// *slot* is a hull pair or, past their capacity, a hull and the ground.
+#[allow(missing_docs)]
+pub struct Contacts {
+    /// By parity, `[candidates][capacity]`; patches and points in use, by candidate.
+    pub patches: [Buffer<Patch>; 2],
+    pub points: [Buffer<Contact>; 2],
+    pub patch_counts: [Buffer<u32>; 2],
+    /// Points that there would be with enough room, `[candidates]`.
+    pub point_counts: Buffer<u32>,
+    /// Per face of the hull tables, and what they refer to.
+    pub outlines: Buffer<Outline>,
+    pub lines: Buffer<Vec4>,
+    /// The body of each hull.
+    pub hull_bodies: Buffer<u32>,
+    /// `[candidates][capacity of hull pairs]`
+    pub facings: Buffer<Facing>,
+    /// `[candidates][slots]`, and as many times `MAX_MANIFOLD_POINTS`.
+    pub manifolds: Buffer<Manifold>,
+    pub manifold_points: Buffer<ManifoldPoint>,
+    /// `[candidates][entries]`, and numbers of points, `[candidates][slots][MAX_MANIFOLD_POINTS]`.
+    pub merged: Buffer<Merged>,
+    pub merged_points: Buffer<u32>,
+    /// First patch and first point of each entry, by parity, `[candidates][entries]`.
+    pub starts: [Buffer<[u32; 2]>; 2],
+    steps: [Vec<Step>; 2],
+}
+
+impl Contacts {
+    /// Makes all buffers for so many candidates, and binds them.
+    ///
+    /// # Errors
+    /// If a buffer is larger than the adapter's.
+    pub fn new(
+        gpu: &Gpu,
+        kernels: &Kernels,
+        world: &World,
+        candidates: u32,
+        tables: &Tables,
+        inputs: &Inputs<'_>,
+    ) -> Result<Self, GpuError> {
+        let hulls = world.hulls.hulls.len();
+        let [pairs, contacts] = [world.capacities.hull_pairs, world.capacities.contacts].map(|n| n as usize);
+        let copies = candidates as usize;
+        let slots = copies * (pairs + hulls);
+        let entries = copies * (world.pairs.len() + world.bodies.len());
+        let (outlines, lines) = outlines(&world.hulls);
+        let mut hull_bodies = vec![0; hulls];
+        (0..world.bodies.len()).for_each(|body| hull_bodies[world.hulls_of(body)].fill(body as u32));
+        let mut made = Self {
+            patches: both(|| Buffer::new(gpu, "patches", copies * contacts))?,
+            points: both(|| Buffer::new(gpu, "contacts", copies * contacts))?,
+            patch_counts: both(|| Buffer::new(gpu, "patch_counts", copies))?,
+            point_counts: Buffer::new(gpu, "point_counts", copies)?,
+            outlines: Buffer::from_slice(gpu, "outlines", &outlines)?,
+            lines: Buffer::from_slice(gpu, "lines", &lines)?,
+            hull_bodies: Buffer::from_slice(gpu, "hull_bodies", &hull_bodies)?,
+            facings: Buffer::new(gpu, "facings", copies * pairs)?,
+            manifolds: Buffer::new(gpu, "manifolds", slots)?,
+            manifold_points: Buffer::new(gpu, "manifold_points", slots * MAX_MANIFOLD_POINTS)?,
+            merged: Buffer::new(gpu, "merged", entries)?,
+            merged_points: Buffer::new(gpu, "merged_points", slots * MAX_MANIFOLD_POINTS)?,
+            starts: both(|| Buffer::new(gpu, "starts", entries))?,
+            steps: [Vec::new(), Vec::new()],
+        };
+        let bind = |parity| made.bind(gpu, kernels, tables, inputs, parity);
+        made.steps = [bind(0), bind(1)];
+        Ok(made)
+    }
+
+    fn bind(&self, gpu: &Gpu, kernels: &Kernels, tables: &Tables, inputs: &Inputs<'_>, parity: usize) -> Vec<Step> {
+        let old = 1 - parity;
+        let (batch, sim) = (inputs.batch.uniform(), tables.sim.uniform());
+        let candidates = self.point_counts.len() as u32;
+        let aligned_faces = kernels::AlignedFacesBuffers {
+            batch,
+            sim,
+            hulls: tables.hulls.read(),
+            faces: tables.faces.read(),
+            pairs: tables.pairs.read(),
+            poses: inputs.poses.read(),
+            body_boxes: inputs.body_boxes.read(),
+            hull_pairs: inputs.hull_pairs[parity].read(),
+            pair_starts: inputs.pair_starts[parity].read(),
+            separations: inputs.separations.read(),
+            facings: self.facings.write(),
+        };
+        let clip_faces = kernels::ClipFacesBuffers {
+            batch,
+            sim,
+            hulls: tables.hulls.read(),
+            vertices: tables.vertices.read(),
+            faces: tables.faces.read(),
+            face_vertices: tables.face_vertices.read(),
+            outlines: self.outlines.read(),
+            lines: self.lines.read(),
+            poses: inputs.poses.read(),
+            facings: self.facings.read(),
+            manifolds: self.manifolds.write(),
+            manifold_points: self.manifold_points.write(),
+        };
+        let single_points = kernels::SinglePointsBuffers {
+            batch,
+            sim,
+            hulls: tables.hulls.read(),
+            vertices: tables.vertices.read(),
+            faces: tables.faces.read(),
+            face_vertices: tables.face_vertices.read(),
+            edges: tables.edges.read(),
+            poses: inputs.poses.read(),
+            separations: inputs.separations.read(),
+            facings: self.facings.read(),
+            manifolds: self.manifolds.write(),
+            manifold_points: self.manifold_points.write(),
+        };
+        let ground = kernels::GroundBuffers {
+            batch,
+            sim,
+            bodies: inputs.bodies.read(),
+            hulls: tables.hulls.read(),
+            hull_bodies: self.hull_bodies.read(),
+            vertices: tables.vertices.read(),
+            poses: inputs.poses.read(),
+            body_boxes: inputs.body_boxes.read(),
+            manifolds: self.manifolds.write(),
+            manifold_points: self.manifold_points.write(),
+        };
+        let merge = kernels::MergeBuffers {
+            batch,
+            sim,
+            bodies: inputs.bodies.read(),
+            pair_starts: inputs.pair_starts[parity].read(),
+            manifolds: self.manifolds.read(),
+            manifold_points: self.manifold_points.read(),
+            merged: self.merged.write(),
+            merged_points: self.merged_points.write(),
+        };
+        let contact_starts = kernels::ContactStartsBuffers {
+            batch,
+            sim,
+            merged: self.merged.read(),
+            starts: self.starts[parity].write(),
+            patch_counts: self.patch_counts[parity].write(),
+            point_counts: self.point_counts.write(),
+            statuses: inputs.statuses.write(),
+        };
+        let emit = kernels::EmitBuffers {
+            batch,
+            sim,
+            pairs: tables.pairs.read(),
+            poses: inputs.poses.read(),
+            manifolds: self.manifolds.read(),
+            manifold_points: self.manifold_points.read(),
+            merged: self.merged.read(),
+            merged_points: self.merged_points.read(),
+            starts: self.starts[parity].read(),
+            old_starts: self.starts[old].read(),
+            old_patch_counts: self.patch_counts[old].read(),
+            old_patches: self.patches[old].read(),
+            old_contacts: self.points[old].read(),
+            patches: self.patches[parity].write(),
+            contacts: self.points[parity].write(),
+        };
+        let [hull_pairs, hulls, entries] =
+            [self.facings.len(), self.hull_bodies.len() * candidates as usize, self.merged.len()].map(|n| n as u32);
+        let lanes = kernels::ContactStartsBuffers::SHADER.workgroup[0];
+        vec![
+            aligned_faces.step(gpu, kernels, hull_pairs),
+            clip_faces.step(gpu, kernels, hull_pairs),
+            single_points.step(gpu, kernels, hull_pairs),
+            ground.step(gpu, kernels, hulls),
+            merge.step(gpu, kernels, entries),
+            contact_starts.step(gpu, kernels, candidates * lanes),
+            emit.step(gpu, kernels, entries),
+        ]
+    }
+
+    /// The kernels of a substep of this parity, in their order.
+    pub fn steps(&self, parity: usize) -> &[Step] {
+        &self.steps[parity]
+    }
+
+    /// Makes the contacts of a substep of this parity.
+    pub fn record(&self, recorder: &mut Recorder<'_>, parity: usize) {
+        recorder.run(&self.steps[parity]);
+    }
+
+    /// Forgets the last substep.
+    pub fn reset(&self, recorder: &mut Recorder<'_>) {
+        self.patch_counts.iter().for_each(|counts| recorder.clear(counts));
+    }
+}
+
+fn both<T>(make: impl Fn() -> Result<T, GpuError>) -> Result<[T; 2], GpuError> {
+    Ok([make()?, make()?])
+}
+
+/// Lines around every face, and planes of the faces that bear with it.
+pub fn outlines(tables: &HullTables) -> (Vec<Outline>, Vec<Vec4>) {
+    let (mut outlines, mut lines) = (Vec::new(), Vec::new());
+    for hull in &tables.hulls {
+        let faces = tables.faces_of(hull);
+        for (number, face) in faces.iter().enumerate() {
+            let first = lines.len() as u32;
+            lines.extend_from_slice(narrow_phase::Outline::new(tables, hull, number as u32).lines());
+            let planes = lines.len() as u32;
+            let bearing = faces.iter().filter(|other| narrow_phase::bears(other, face.normal()));
+            lines.extend(bearing.map(|other| other.plane));
+            outlines.push(Outline { first, lines: planes - first, bearing: lines.len() as u32 - planes });
+        }
+    }
+    (outlines, lines)
+}

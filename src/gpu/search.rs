@@ -1,0 +1,187 @@
+//! The Cross-Entropy search on the device: only what an iteration reports comes back.
+
+use super::buffer::Download;
+use super::device::{Gpu, GpuError};
+use super::kernel::Recorder;
+use super::kernels::Kernels;
+use super::layout::{Flags, Stats};
+use super::population::Population;
+use super::simulation::{Pace, Simulation, grown};
+use crate::world::{
+    BackendError, Best, Capacities, CemSettings, Distribution, IterationStats, Pose, Search, SearchSettings, Status,
+    Stream, Winner, World,
+};
+use bytemuck::Pod;
+
+/// A search over the units of one world.
+pub struct GpuSearch<'a> {
+    gpu: &'a Gpu,
+    kernels: &'a Kernels,
+    /// With the capacities that it took so far.
+    world: World,
+    first_capacities: Capacities,
+    settings: &'a SearchSettings,
+    stream: Stream,
+    population: Population,
+    simulation: Simulation,
+    pace: Pace,
+    iteration: u32,
+    distribution: Distribution,
+    flags: Download<Flags>,
+    stats: Download<Stats>,
+    mean: Download<f32>,
+    std: Download<f32>,
+}
+
+impl<'a> GpuSearch<'a> {
+    /// Makes all buffers.
+    ///
+    /// # Errors
+    /// If not even one candidate fits, or the device failed.
+    pub fn new(
+        gpu: &'a Gpu,
+        kernels: &'a Kernels,
+        world: &World,
+        settings: &'a SearchSettings,
+        stream: Stream,
+    ) -> Result<Self, GpuError> {
+        let candidates = settings.cem.candidates;
+        let width = world.dimensions();
+        Ok(Self {
+            gpu,
+            kernels,
+            world: world.clone(),
+            first_capacities: world.capacities,
+            settings,
+            stream,
+            population: Population::new(gpu, kernels, world, settings, stream)?,
+            simulation: Simulation::fitting(gpu, kernels, world, &settings.simulation, candidates)?,
+            pace: Pace::default(),
+            iteration: 0,
+            distribution: settings.cem.initial(world.units.len()),
+            flags: Download::new(gpu, "flags", 1),
+            stats: Download::new(gpu, "stats", 1),
+            mean: Download::new(gpu, "mean", width),
+            std: Download::new(gpu, "std", width),
+        })
+    }
+
+    /// Simulates all placed candidates, as many at a time as fit, and tells how many failed, by reason.
+    fn simulate(&mut self) -> Result<Flags, GpuError> {
+        let Self { gpu, population: all, simulation, .. } = self;
+        let (some, at_once) = (&simulation.state, simulation.candidates);
+        let [candidates, bodies, pairs] =
+            [self.settings.cem.candidates as usize, self.world.bodies.len(), self.world.pairs.len()];
+        let mut recorder = Recorder::new(gpu);
+        for first in (0..candidates).step_by(at_once as usize) {
+            let count = (candidates - first).min(at_once as usize);
+            recorder.copy_range((&all.placed, first * bodies), (&some.poses, 0), count * bodies);
+            recorder = simulation.run(gpu, recorder, &mut self.pace)?;
+            recorder.copy_range((&some.poses, 0), (&all.poses, first * bodies), count * bodies);
+            recorder.copy_range((&some.snapshot, 0), (&all.snapshot, first * bodies), count * bodies);
+            recorder.copy_range((&some.depths_placed, 0), (&all.depths_placed, first * pairs), count * pairs);
+            recorder.copy_range((&some.depths_settled, 0), (&all.depths_settled, first * pairs), count * pairs);
+            recorder.copy_range((&some.statuses, 0), (&all.statuses, first), count);
+        }
+        all.flag(&mut recorder);
+        recorder.fetch(&all.flags, &self.flags);
+        recorder.submit();
+        Ok(self.flags.take(gpu)?[0])
+    }
+
+    /// Makes more room where some candidate had too little; false if that is not wanted any more.
+    fn grow(&mut self, flags: Flags) -> Result<bool, GpuError> {
+        let mut faults = Status::default();
+        for ((bit, _), _) in Status::NAMES.iter().zip(flags.counts).filter(|(_, count)| *count > 0) {
+            faults.insert(*bit);
+        }
+        let Some(capacities) = grown(self.world.capacities, self.first_capacities, faults) else { return Ok(false) };
+        self.world.capacities = capacities;
+        let (simulation, candidates) = (&self.settings.simulation, self.settings.cem.candidates);
+        self.simulation = Simulation::fitting(self.gpu, self.kernels, &self.world, simulation, candidates)?;
+        Ok(true)
+    }
+
+    /// Places and simulates one candidate alone, which gives the same bits: its poses at placement and at the end.
+    fn replay(&self, delta: &[f32]) -> Result<[Vec<Pose>; 2], GpuError> {
+        let Self { gpu, kernels, world, settings, stream, .. } = self;
+        let cem = CemSettings { candidates: 1, ..settings.cem.clone() };
+        let settings = SearchSettings { cem, ..(*settings).clone() };
+        let population = Population::new(gpu, kernels, world, &settings, *stream)?;
+        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, 1)?;
+        population.deltas.upload(gpu, delta);
+        let mut recorder = Recorder::new(gpu);
+        population.place(&mut recorder);
+        recorder.copy(&population.placed, &simulation.state.poses);
+        simulation.run(gpu, recorder, &mut Pace::default())?.submit();
+        let bodies = world.bodies.len();
+        Ok([self.read(&population.placed, 0, bodies)?, self.read(&simulation.state.poses, 0, bodies)?])
+    }
+
+    fn read<T: Pod>(&self, buffer: &super::Buffer<T>, first: usize, len: usize) -> Result<Vec<T>, GpuError> {
+        let download = Download::new(self.gpu, "read", len);
+        let mut recorder = Recorder::new(self.gpu);
+        recorder.fetch_range(buffer, first, &download);
+        recorder.submit();
+        download.take(self.gpu)
+    }
+
+    fn winner(&self) -> Result<Option<Best>, GpuError> {
+        let Winner { energy, iteration, candidate } = match self.read(&self.population.winner, 0, 1)?[0] {
+            winner if winner.is_known() => winner,
+            _ => return Ok(None),
+        };
+        let width = self.world.dimensions();
+        let delta = self.read(&self.population.deltas, self.settings.cem.candidates as usize * width, width)?;
+        let [placed, settled] = self.replay(&delta)?;
+        Ok(Some(Best { energy, iteration, candidate, delta, placed, settled }))
+    }
+}
+
+/// What cannot tell of an error answers with the last that is known: a device that failed says so at the next iteration.
+impl Search for GpuSearch<'_> {
+    fn iterate(&mut self) -> Result<IterationStats, BackendError> {
+        if self.world.dimensions() == 0 || self.settings.cem.candidates == 0 {
+            return Err(BackendError::Capacity("nothing to search: no unit or no candidate".into()));
+        }
+        self.population.set_iteration(self.gpu, self.iteration);
+        let mut recorder = Recorder::new(self.gpu);
+        self.population.draw(&mut recorder);
+        recorder.submit();
+        let mut flags = self.simulate()?;
+        while self.grow(flags)? {
+            flags = self.simulate()?;
+        }
+        let mut recorder = Recorder::new(self.gpu);
+        self.population.rank(&mut recorder);
+        recorder.fetch(&self.population.stats, &self.stats);
+        recorder.fetch(&self.population.mean, &self.mean);
+        recorder.fetch(&self.population.std, &self.std);
+        recorder.submit();
+        let Stats { best, iteration_best, elite_mean } = self.stats.take(self.gpu)?[0];
+        self.distribution = Distribution { mean: self.mean.take(self.gpu)?, std: self.std.take(self.gpu)? };
+        let stats =
+            IterationStats { iteration: self.iteration, best, iteration_best, elite_mean, flagged: flags.counts };
+        self.iteration += 1;
+        Ok(stats)
+    }
+
+    fn distribution(&self) -> Distribution {
+        self.distribution.clone()
+    }
+
+    fn set_distribution(&mut self, distribution: &Distribution) {
+        self.distribution.clone_from(distribution);
+        self.population.set_distribution(self.gpu, distribution);
+    }
+
+    fn placed(&self, candidate: u32) -> Vec<Pose> {
+        let bodies = self.world.bodies.len();
+        let placed = self.read(&self.population.placed, candidate as usize * bodies, bodies);
+        placed.unwrap_or_else(|_| self.world.start.clone())
+    }
+
+    fn best(&mut self) -> Option<Best> {
+        self.winner().ok().flatten()
+    }
+}

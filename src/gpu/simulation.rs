@@ -1,0 +1,211 @@
+//! The simulation of a batch: substep after substep of collision detection and solver, in submissions short enough for
+//! the watchdogs of desktops.
+
+use super::buffer::Buffer;
+use super::collide::{Collide, Motion};
+use super::contacts::{Contacts, Inputs};
+use super::device::{Gpu, GpuError};
+use super::kernel::Recorder;
+use super::kernels::Kernels;
+use super::layout::{Batch, Body, Pose, Velocity};
+use super::solver::{Solver, Touching};
+use super::tables::Tables;
+use crate::world::constants::MAX_CAPACITY_GROWTH;
+use crate::world::{Capacities, SimSettings, Status, World};
+use std::time::{Duration, Instant};
+
+/// How long a submission may take: desktops reset a graphics card that does not answer for seconds, and stutter before.
+const SUBMISSION: Duration = Duration::from_millis(50);
+
+/// How many substeps are submitted together, by measured time.
+#[derive(Debug)]
+pub struct Pace {
+    substeps: u32,
+    recorded: u32,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self { substeps: 1, recorded: 0 }
+    }
+}
+
+impl Pace {
+    /// Notes one more substep; submits and waits when there are enough.
+    fn tick<'g>(&mut self, gpu: &'g Gpu, recorder: Recorder<'g>) -> Result<Recorder<'g>, GpuError> {
+        self.recorded += 1;
+        if self.recorded < self.substeps {
+            return Ok(recorder);
+        }
+        let clock = Instant::now();
+        recorder.submit();
+        gpu.wait()?;
+        let fit = SUBMISSION.as_secs_f64() / clock.elapsed().as_secs_f64().max(1e-6) * f64::from(self.recorded);
+        // Halfway in between, because the last one may have been a lucky one.
+        self.substeps = ((fit as u32).saturating_add(self.substeps) / 2).max(1);
+        self.recorded = 0;
+        Ok(Recorder::new(gpu))
+    }
+}
+
+/// Twice the room for what `faults` names, up to the limit; none if that changes nothing.
+pub fn grown(now: Capacities, first: Capacities, faults: Status) -> Option<Capacities> {
+    let more = |bit, now: u32, first: u32| {
+        let twice = now.saturating_mul(2);
+        let wanted = faults.intersects(bit) && twice <= first.saturating_mul(MAX_CAPACITY_GROWTH);
+        if wanted { twice } else { now }
+    };
+    let grown = Capacities {
+        hull_pairs: more(Status::HULL_PAIRS, now.hull_pairs, first.hull_pairs),
+        contacts: more(Status::CONTACTS, now.contacts, first.contacts),
+    };
+    Some(grown).filter(|grown| *grown != now)
+}
+
+/// What a simulation moves. Tables are candidate-major.
+#[allow(missing_docs)]
+pub struct State {
+    pub batch: Buffer<Batch>,
+    pub bodies: Buffer<Body>,
+    /// `[candidates][bodies]`
+    pub poses: Buffer<Pose>,
+    pub velocities: Buffer<Velocity>,
+    /// Velocities of step τ, `[candidates][bodies]`
+    pub snapshot: Buffer<Velocity>,
+    /// Deepest overlaps at placement and at the end, `[candidates][pairs]`, m.
+    pub depths_placed: Buffer<f32>,
+    pub depths_settled: Buffer<f32>,
+    /// Bits of `world::Status`, `[candidates]`
+    pub statuses: Buffer<u32>,
+}
+
+impl State {
+    fn new(gpu: &Gpu, world: &World, candidates: u32) -> Result<Self, GpuError> {
+        let [rows, depths] = [world.bodies.len(), world.pairs.len()].map(|n| candidates as usize * n);
+        Ok(Self {
+            batch: Buffer::from_slice(gpu, "batch", &[Batch::new(world, candidates)])?,
+            bodies: Buffer::from_slice(gpu, "bodies", &world.bodies)?,
+            poses: Buffer::new(gpu, "poses", rows)?,
+            velocities: Buffer::new(gpu, "velocities", rows)?,
+            snapshot: Buffer::new(gpu, "snapshot", rows)?,
+            depths_placed: Buffer::new(gpu, "depths_placed", depths)?,
+            depths_settled: Buffer::new(gpu, "depths_settled", depths)?,
+            statuses: Buffer::new(gpu, "statuses", candidates as usize)?,
+        })
+    }
+}
+
+/// Simulates so many candidates at a time.
+pub struct Simulation {
+    /// How many.
+    pub candidates: u32,
+    /// What moves.
+    pub state: State,
+    collide: Collide,
+    contacts: Contacts,
+    solver: Solver,
+    steps: u32,
+    substeps: u32,
+    snapshot_step: u32,
+}
+
+impl Simulation {
+    /// For at most `candidates` at a time: half as many, and half of those, until all buffers are such as the adapter
+    /// allows.
+    ///
+    /// # Errors
+    /// If not even one candidate fits, or the device failed.
+    pub fn fitting(
+        gpu: &Gpu,
+        kernels: &Kernels,
+        world: &World,
+        settings: &SimSettings,
+        candidates: u32,
+    ) -> Result<Self, GpuError> {
+        match Self::new(gpu, kernels, world, settings, candidates) {
+            Err(GpuError::Capacity(_)) if candidates > 1 => {
+                Self::fitting(gpu, kernels, world, settings, candidates.div_ceil(2))
+            }
+            made => made,
+        }
+    }
+
+    fn new(
+        gpu: &Gpu,
+        kernels: &Kernels,
+        world: &World,
+        settings: &SimSettings,
+        candidates: u32,
+    ) -> Result<Self, GpuError> {
+        let tables = Tables::new(gpu, world, settings)?;
+        let state = State::new(gpu, world, candidates)?;
+        let motion = Motion {
+            batch: &state.batch,
+            bodies: &state.bodies,
+            poses: &state.poses,
+            velocities: &state.velocities,
+            statuses: &state.statuses,
+        };
+        let collide = Collide::new(gpu, kernels, world, settings, &tables, motion)?;
+        let inputs = Inputs {
+            batch: &state.batch,
+            bodies: &state.bodies,
+            poses: &state.poses,
+            body_boxes: &collide.body_boxes,
+            hull_pairs: collide.hull_pairs.each_ref(),
+            pair_starts: collide.pair_starts.each_ref(),
+            separations: &collide.separations,
+            statuses: &state.statuses,
+        };
+        let contacts = Contacts::new(gpu, kernels, world, candidates, &tables, &inputs)?;
+        let touching = [0, 1].map(|parity| Touching {
+            counts: &contacts.patch_counts[parity],
+            patches: &contacts.patches[parity],
+            contacts: &contacts.points[parity],
+        });
+        let sizes = [candidates, world.bodies.len() as u32, world.capacities.contacts];
+        let solver = Solver::new(gpu, kernels, sizes, &tables.sim, motion, touching)?;
+        let SimSettings { steps, snapshot_step, .. } = *settings;
+        let substeps = settings.substeps.max(1);
+        Ok(Self { candidates, state, collide, contacts, solver, steps, substeps, snapshot_step })
+    }
+
+    /// Everything is at rest at the present poses, and nothing went wrong yet.
+    pub fn rest(&self, recorder: &mut Recorder<'_>) {
+        recorder.clear(&self.state.velocities);
+        recorder.clear(&self.state.statuses);
+        self.collide.reset(recorder);
+        self.contacts.reset(recorder);
+    }
+
+    /// One substep; the first after `rest` has parity 0, then they alternate.
+    pub fn substep(&self, recorder: &mut Recorder<'_>, parity: usize) {
+        self.collide.detect(recorder, parity);
+        self.contacts.record(recorder, parity);
+        self.solver.solve(recorder, parity);
+    }
+
+    /// Deepest overlaps at the present poses, into `State::depths_placed`.
+    pub fn overlaps(&self, recorder: &mut Recorder<'_>) {
+        self.collide.measure(recorder, &self.state.depths_placed);
+    }
+
+    /// All steps from the present poses, with what the energy needs. The work is done when this returns, but for what is
+    /// still in the recorder that it gives back.
+    ///
+    /// # Errors
+    /// If the device failed.
+    pub fn run<'g>(&self, gpu: &'g Gpu, mut recorder: Recorder<'g>, pace: &mut Pace) -> Result<Recorder<'g>, GpuError> {
+        self.rest(&mut recorder);
+        self.overlaps(&mut recorder);
+        for substep in 0..self.steps * self.substeps {
+            self.substep(&mut recorder, substep as usize % 2);
+            if substep + 1 == self.snapshot_step * self.substeps {
+                recorder.copy(&self.state.velocities, &self.state.snapshot);
+            }
+            recorder = pace.tick(gpu, recorder)?;
+        }
+        self.collide.measure(&mut recorder, &self.state.depths_settled);
+        Ok(recorder)
+    }
+}
