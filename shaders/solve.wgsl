@@ -159,13 +159,15 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, soft: bool) -> f32 {
         let turn_a = moving[pair.a].turn;
         let turn_b = moving[pair.b].turn;
         for (var k = 0u; k < PATCH_SWEEPS * at.count; k++) {
-            let j = slots + at.first + k % at.count;
+            // There and back.
+            let step = k % at.count;
+            let j = slots + at.first + select(step, at.count - 1u - step, (k / at.count) % 2u == 1u);
             let n = normals[j];
             let row = Row(n.axis, n.angular_a, n.angular_b);
             let moved = dot(n.axis, shift) + dot(n.angular_b, turn_b) - dot(n.angular_a, turn_a);
             let separation = n.separation + moved;
             let springy = soft && separation <= 0.0;
-            let push_out = max(omega / a1 * min(separation + LINEAR_SLOP, 0.0), -sim.max_push_out);
+            let push_out = max(omega / a1 * min(separation + RESTING_DEPTH, 0.0), -sim.max_push_out);
             let bias = select(max(separation, 0.0) / h, push_out, springy);
             let correction = n.mass * select(1.0, a2 * a3, springy) * (relative(&pair, row) + bias);
             let total = max(n.impulse - correction - select(0.0, a3, springy) * (n.impulse - n.load), 0.0);
