@@ -6,11 +6,16 @@
 #![allow(clippy::unwrap_used)]
 
 mod best;
+mod boxes;
 mod chain;
+mod collide;
 mod common;
+mod crowd;
+mod depth;
 mod device;
 mod elites;
 mod energy;
+mod hull_pairs;
 mod moments;
 mod place;
 mod sample;
@@ -46,6 +51,10 @@ fn main() -> ExitCode {
         elites::TESTS,
         best::TESTS,
         moments::TESTS,
+        boxes::TESTS,
+        hull_pairs::TESTS,
+        depth::TESTS,
+        collide::TESTS,
         chain::TESTS,
         device::TESTS,
     ];
