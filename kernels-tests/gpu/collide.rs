@@ -97,6 +97,8 @@ struct Tally {
     coherent: u32,
     ties: u32,
     all: u32,
+    /// A slot whose distance was compared.
+    compared: Option<usize>,
 }
 
 impl Findings<'_> {
@@ -154,6 +156,7 @@ impl Findings<'_> {
                 if !near {
                     return Err(format!("{place} instead of {expected:?}, {cache:x}, margin {margin}"));
                 }
+                tally.compared = Some(at);
                 tally.deep += u32::from(found.distance < -0.01);
                 tally.coherent += u32::from(before.is_some() && found.distance.abs() < COHERENT_DEPTH);
             }
@@ -195,11 +198,11 @@ fn finds_the_axes_of_its_twin(device: &Device) -> Result<(), Failed> {
             if candidates > 100 && (tally.deep < 1000 || tally.apart < 1000) {
                 return Err(format!("{candidates}, step {step}: one-sided poses: {tally:?}").into());
             }
-            // The canary: one separation is off by a little.
-            let mut spoiled = separations.clone();
-            let sound = |s: &Separation| s.feature != 0 && s.normal.is_normalized();
-            if let Some(victim) = spoiled.iter_mut().rev().find(|s| sound(s)) {
-                victim.distance += 1.0;
+            // The canary: one separation is off by more than any tie explains.
+            if let Some(at) = tally.compared {
+                let mut spoiled = separations;
+                spoiled[at].distance +=
+                    4.0 * (AXIS_BIAS + AXIS_BIAS_RELATIVE * spoiled[at].distance.abs()) + LINEAR_SLOP;
                 collide.separations.upload(&device.gpu, &spoiled);
                 if findings.check(&device.fetch(&collide.separations)?).is_ok() {
                     return Err(format!("{candidates}: the comparison does not see an error").into());
