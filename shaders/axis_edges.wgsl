@@ -31,6 +31,9 @@
 
 #import lowest
 
+// One bit an edge: a list of numbers would be too large for registers, and slow to compile.
+const MASK_WORDS: u32 = (MAX_HULL_EDGES + 31u) / 32u;
+
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
     let index = invocation(id, workgroups);
@@ -57,8 +60,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     }
 
     // Edges of each hull that can carry an axis on which the other hull's ball reaches far enough.
-    var list: array<u32, 2u * MAX_HULL_EDGES>;
-    var counts = vec2(0u);
+    var masks: array<u32, 2u * MASK_WORDS>;
     for (var side = 0u; side < 2u; side++) {
         let on_b = side == 1u;
         let number = select(pair.a, pair.b, on_b);
@@ -70,7 +72,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         }
         let center = carried(frame, ball.center);
         let limit = ball.radius + least - balls[number].slack;
-        var count = 0u;
         for (var i = 0u; i < hull.edge_count; i++) {
             let sides = edges[hull.first_edge + i].faces;
             let plane_left = faces[hull.first_face + sides.x].plane;
@@ -83,50 +84,54 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             let toward_right = right - cosine * left;
             let peak = toward_left > 0.0 && toward_right > 0.0
                 && left * toward_left + right * toward_right > limit * limit * (1.0 - cosine * cosine);
-            list[side * MAX_HULL_EDGES + count] = i;
-            count += u32(max(left, right) > limit || peak);
+            masks[side * MASK_WORDS + i / 32u] |= u32(max(left, right) > limit || peak) << (i % 32u);
         }
-        counts[side] = count;
     }
 
     var normal = vec3(0.0);
     var found = 0u;
-    for (var n = 0u; n < counts.y && least <= margin; n++) {
-        let j = list[MAX_HULL_EDGES + n];
-        let edge_b = edges[b.first_edge + j];
-        let left_b = to_a.rotation * faces[b.first_face + edge_b.faces.x].plane.xyz;
-        let right_b = to_a.rotation * faces[b.first_face + edge_b.faces.y].plane.xyz;
-        let start_b = carried(to_a, vertices[b.first_vertex + edge_b.vertices.x].xyz);
-        let along_b = normalize(carried(to_a, vertices[b.first_vertex + edge_b.vertices.y].xyz) - start_b);
-        for (var m = 0u; m < counts.x && least <= margin; m++) {
-            let i = list[m];
-            let edge_a = edges[a.first_edge + i];
-            let start_a = vertices[a.first_vertex + edge_a.vertices.x].xyz;
-            let along_a = normalize(vertices[a.first_vertex + edge_a.vertices.y].xyz - start_a);
-            let left_a = faces[a.first_face + edge_a.faces.x].plane.xyz;
-            let right_a = faces[a.first_face + edge_a.faces.y].plane.xyz;
-            // The arcs left–right of A and of B, the latter turned round, must cross on the Gauss map.
-            let left_side = dot(left_b, along_a);
-            let right_side = dot(right_b, along_a);
-            let near_side = dot(along_b, left_a);
-            let far_side = dot(along_b, right_a);
-            let across = cross(along_a, along_b);
-            let square = dot(across, across);
-            let outward = select(1.0, -1.0, dot(across, left_a + right_a) < 0.0);
-            let size = sqrt(square);
-            let crossing = left_side * right_side < 0.0 && near_side * far_side < 0.0 && left_side * far_side < 0.0;
-            let usable = square >= PARALLEL_SINE * PARALLEL_SINE
-                && outward * dot(across, start_b - start_a) > least * size;
-            if (!(crossing && usable)) {
-                continue;
-            }
-            let axis = across * (outward / size);
-            // Nearly parallel edges leave the axis uncertain: only the vertices tell what it separates.
-            let distance = lowest(b, axis * to_a.rotation) + dot(axis, to_a.shift) + lowest(a, -axis);
-            if (distance > least) {
-                least = distance;
-                normal = axis;
-                found = EDGES | i << 12u | j;
+    for (var word_b = 0u; word_b < MASK_WORDS; word_b++) {
+        for (var open_b = masks[MASK_WORDS + word_b]; open_b != 0u && least <= margin; open_b &= open_b - 1u) {
+            let j = 32u * word_b + firstTrailingBit(open_b);
+            let edge_b = edges[b.first_edge + j];
+            let left_b = to_a.rotation * faces[b.first_face + edge_b.faces.x].plane.xyz;
+            let right_b = to_a.rotation * faces[b.first_face + edge_b.faces.y].plane.xyz;
+            let start_b = carried(to_a, vertices[b.first_vertex + edge_b.vertices.x].xyz);
+            let along_b = normalize(carried(to_a, vertices[b.first_vertex + edge_b.vertices.y].xyz) - start_b);
+            for (var word_a = 0u; word_a < MASK_WORDS; word_a++) {
+                for (var open_a = masks[word_a]; open_a != 0u && least <= margin; open_a &= open_a - 1u) {
+                    let i = 32u * word_a + firstTrailingBit(open_a);
+                    // The arcs left–right of A and of B, the latter turned round, must cross on the Gauss map.
+                    let edge_a = edges[a.first_edge + i];
+                    let start_a = vertices[a.first_vertex + edge_a.vertices.x].xyz;
+                    let span_a = vertices[a.first_vertex + edge_a.vertices.y].xyz - start_a;
+                    let left_side = dot(left_b, span_a);
+                    if (left_side * dot(right_b, span_a) >= 0.0) {
+                        continue;
+                    }
+                    let left_a = faces[a.first_face + edge_a.faces.x].plane.xyz;
+                    let right_a = faces[a.first_face + edge_a.faces.y].plane.xyz;
+                    let far_side = dot(along_b, right_a);
+                    let across = cross(normalize(span_a), along_b);
+                    let square = dot(across, across);
+                    let size = sqrt(square);
+                    let outward = select(1.0, -1.0, dot(across, left_a + right_a) < 0.0);
+                    let usable = dot(along_b, left_a) * far_side < 0.0
+                        && left_side * far_side < 0.0
+                        && square >= PARALLEL_SINE * PARALLEL_SINE
+                        && outward * dot(across, start_b - start_a) > least * size;
+                    if (!usable) {
+                        continue;
+                    }
+                    let axis = across * (outward / size);
+                    // Nearly parallel edges leave the axis uncertain: only the vertices tell what it separates.
+                    let distance = lowest(b, axis * to_a.rotation) + dot(axis, to_a.shift) + lowest(a, -axis);
+                    if (distance > least) {
+                        least = distance;
+                        normal = axis;
+                        found = EDGES | i << 12u | j;
+                    }
+                }
             }
         }
     }

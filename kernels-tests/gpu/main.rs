@@ -6,13 +6,18 @@
 #![allow(clippy::unwrap_used)]
 
 mod best;
+mod boxes;
 mod chain;
+mod collide;
 mod common;
 mod contacts;
+mod manifold;
+mod crowd;
+mod depth;
 mod device;
 mod elites;
 mod energy;
-mod manifold;
+mod hull_pairs;
 mod moments;
 mod place;
 mod sample;
@@ -57,6 +62,10 @@ fn main() -> ExitCode {
         stats::TESTS,
         simulation::TESTS,
         solver::TESTS,
+        boxes::TESTS,
+        hull_pairs::TESTS,
+        depth::TESTS,
+        collide::TESTS,
         chain::TESTS,
         manifold::TESTS,
         contacts::TESTS,

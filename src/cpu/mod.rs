@@ -1,7 +1,7 @@
 //! The CPU backend: one file per kernel, named as the shaders will be; candidates in parallel over all cores.
 
 pub mod best;
-mod broad_phase;
+pub mod broad_phase;
 pub mod contacts;
 pub mod elites;
 pub mod energy;

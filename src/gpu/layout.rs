@@ -257,6 +257,13 @@ pub struct Separation {
     pad: [u32; 3],
 }
 
+impl Separation {
+    /// The axis of hulls that are near.
+    pub fn new(normal: Vec3, distance: f32, feature: u32) -> Self {
+        Self { normal, distance, feature, pad: [0; 3] }
+    }
+}
+
 /// Head of a hull pair's contact points.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
