@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::narrow_phase::{self, Manifold, PairCache, Separator, manifold, plane_hull};
 use rest3d_gpu::gpu::{Batch, Buffer, Contacts, HullPair, Inputs, Separation, Tables};
-use rest3d_gpu::world::{Body, BodyDef, NarrowPhase, Pose, STATIC, SimSettings, World};
+use rest3d_gpu::world::{BodyDef, NarrowPhase, Pose, STATIC, SimSettings, World};
 
 fn cuboid(half: Vec3) -> Vec<Vec3> {
     (0..8).map(|i| half * (2.0 * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 1.0)).collect()
@@ -14,7 +14,7 @@ fn cuboid(half: Vec3) -> Vec<Vec3> {
 fn prism(n: usize, radius: f32, half_height: f32) -> Vec<Vec3> {
     let corner = |i: usize| {
         let (sin, cos) = ((i / 2) as f32 / n as f32 * std::f32::consts::TAU).sin_cos();
-        Vec3::new(radius * cos, if i % 2 == 0 { half_height } else { -half_height }, radius * sin)
+        Vec3::new(radius * cos, if i.is_multiple_of(2) { half_height } else { -half_height }, radius * sin)
     };
     (0..2 * n).map(corner).collect()
 }
@@ -178,7 +178,6 @@ pub struct Touching {
     pub separations: Buffer<Separation>,
     pub statuses: Buffer<u32>,
     pub contacts: Contacts,
-    _inputs: (Buffer<Batch>, Buffer<Body>, Buffer<f32>, [Buffer<HullPair>; 2], [Buffer<u32>; 2], Tables),
 }
 
 impl Touching {
@@ -225,8 +224,7 @@ impl Touching {
             device.poison(&contacts.points[parity]);
             device.poison(&contacts.starts[parity]);
         }
-        let _inputs = (batch, bodies, margins, hull_pairs, pair_starts, tables);
-        Ok(Self { expected, poses, separations, statuses, contacts, _inputs })
+        Ok(Self { expected, poses, separations, statuses, contacts })
     }
 
     /// Uploads what a substep of this age reads.
