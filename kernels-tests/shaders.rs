@@ -96,15 +96,27 @@ fn the_generated_code_checks_names_types_and_layouts() {
     }
 }
 
-/// Every kernel has its twin and its test.
+/// Every kernel has its twin, a file of its name or the one that its first lines name as `cpu::…`, and a test, a file of
+/// its name or one that names it in its first lines.
 #[test]
 fn every_kernel_has_its_twin_and_its_test() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for name in shipped().kernels.keys() {
-        for folder in ["src/cpu", "kernels-tests/gpu"] {
-            let file = root.join(folder).join(name).with_extension("rs");
-            assert!(file.is_file(), "{} is missing", file.display());
-        }
+    let tests: Vec<String> = std::fs::read_dir(root.join("kernels-tests/gpu"))
+        .unwrap()
+        .map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap())
+        .collect();
+    for (name, file) in &shipped().kernels {
+        let head = file.text.lines().take_while(|line| line.starts_with("//"));
+        let head: String = head.map(|line| line.trim_start_matches("//")).collect();
+        let named = head.split("`cpu::").nth(1).and_then(|rest| rest.split('`').next()).unwrap_or(name);
+        let exists = |path: &Path| path.with_extension("rs").is_file() || path.join("mod.rs").is_file();
+        let twin = root.join("src/cpu").join(named.split("::").next().unwrap());
+        assert!(exists(&twin), "{name}: {} is missing", twin.display());
+        let own = root.join("kernels-tests/gpu").join(name).with_extension("rs").is_file();
+        let is_named = |test: &String| {
+            test.lines().take_while(|line| line.starts_with("//!")).any(|line| line.contains(&format!("`{name}`")))
+        };
+        assert!(own || tests.iter().any(is_named), "{name}: no test names it");
     }
 }
 

@@ -1,6 +1,6 @@
 // Kernel `axis_edges`: the edges along whose common normal two hulls are farthest apart, one invocation a hull pair.
 //
-// Twin of `Frame::best_edges` in `src/cpu/narrow_phase/twin.rs`. The end of the search: what it finds, or what `axis_faces`
+// Twin of `cpu::narrow_phase::Twin`, its `best_edges`. The end of the search: what it finds, or what `axis_faces`
 // or the last substep left, becomes the pair's axis.
 
 #import constants

@@ -1,6 +1,6 @@
 // Kernel `axis_faces`: the face along whose normal two hulls are farthest apart, one invocation a hull pair.
 //
-// Twin of `best_face` in `src/cpu/narrow_phase/twin.rs`, faces in the same order. A face is measured in its own frame.
+// Twin of `cpu::narrow_phase::Twin`, its `best_face`: faces in the same order. A face is measured in its own frame.
 
 #import constants
 #import axis

@@ -1,6 +1,6 @@
 // Kernel `axis_remembered`: tries the axis that a hull pair had in the last substep, one invocation a hull pair.
 //
-// Twin of `Frame::evaluate` and `Frame::certified` in `src/cpu/narrow_phase/twin.rs`. A pair that this axis parts, or that
+// Twin of `cpu::narrow_phase::Twin`, its `evaluate` and `certified`. A pair that this axis parts, or that
 // barely touches along it, is settled; `axis_faces` and `axis_edges` see to the others.
 
 #import constants

@@ -1,6 +1,6 @@
 // Kernel `boxes`: boxes of all bodies and their hulls, one invocation a body.
 //
-// Twin of `BroadPhase::update`: rotated local boxes, so that no vertex is read. Margins grow with speed.
+// Twin of `cpu::broad_phase::BroadPhase::update`: rotated local boxes, so that no vertex is read. Margins grow with speed.
 
 #import constants
 #import batch

@@ -30,11 +30,8 @@
 // Points found so far; w is the separation, m.
 var<private> points: array<vec4<f32>, MAX_COLLECTED>;
 
-// Room for a polygon, and for what is written behind it and not kept.
-const POLYGON: u32 = MAX_CLIPPED + 1u;
-
-// Two polygons: one is cut into the other.
-var<private> corners: array<vec3<f32>, 2u * POLYGON>;
+// The polygon that is being cut, and a place for what is written and not kept.
+var<private> corners: array<vec3<f32>, MAX_CLIPPED + 1u>;
 
 // The least separation of them, m.
 var<private> deepest: f32 = -LOWEST;
@@ -64,34 +61,36 @@ fn thin(count: u32, normal: vec3<f32>) -> u32 {
     return taken;
 }
 
-// How far the polygon of `count` corners at `start` reaches beyond a line, m.
-fn reach(start: u32, count: u32, line: vec4<f32>) -> f32 {
+// How far the polygon of `count` corners reaches beyond a line, m.
+fn reach(count: u32, line: vec4<f32>) -> f32 {
     var farthest = LOWEST;
     for (var i = 0u; i < count; i++) {
-        farthest = max(farthest, dot(line.xyz, corners[start + i]) - line.w);
+        farthest = max(farthest, dot(line.xyz, corners[i]) - line.w);
     }
     return farthest;
 }
 
-// Cuts the polygon of `count` ≥ 1 corners at `start` by a line, into the other one (Sutherland–Hodgman). Every corner is
-// written and then counted or not: branches, `&&` and `||` too, are what compiles slowly.
-fn cut(start: u32, count: u32, line: vec4<f32>) -> u32 {
-    let other = POLYGON - start;
+// Cuts the polygon of `count` ≥ 1 corners by a line (Sutherland–Hodgman), in place: a convex polygon gains one corner at
+// most, so writing is never more than one ahead, and the next corner is read before. Every corner is written and then
+// counted or not: branches, `&&` and `||` too, are what compiles slowly.
+fn cut(count: u32, line: vec4<f32>) -> u32 {
     var kept = 0u;
-    var last = corners[start + count - 1u];
+    var last = corners[count - 1u];
     var last_beyond = dot(line.xyz, last) - line.w;
+    var next = corners[0];
     for (var i = 0u; i < count; i++) {
-        let next = corners[start + i];
+        let following = corners[i + 1u];
         let beyond = dot(line.xyz, next) - line.w;
         let inside = beyond <= CLIP_TOLERANCE;
         let crosses = inside != (last_beyond <= CLIP_TOLERANCE);
         let share = clamp(last_beyond / select(1.0, last_beyond - beyond, crosses), 0.0, 1.0);
-        corners[other + kept] = last + share * (next - last);
+        corners[select(MAX_CLIPPED, kept, crosses)] = last + share * (next - last);
         kept = min(kept + select(0u, 1u, crosses), MAX_CLIPPED);
-        corners[other + kept] = next;
+        corners[select(MAX_CLIPPED, kept, inside)] = next;
         kept = min(kept + select(0u, 1u, inside), MAX_CLIPPED);
         last = next;
         last_beyond = beyond;
+        next = following;
     }
     return kept;
 }
@@ -146,17 +145,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             corners[c] = corner;
         }
         var kept = select(0u, face.corner_count, lowest <= facing.margin);
-        var start = 0u;
         for (var l = 0u; l < outline.lines; l++) {
             let line = lines[outline.first + l];
-            if (reach(start, kept, line) > CLIP_TOLERANCE) {
-                kept = cut(start, kept, line);
-                start = POLYGON - start;
+            if (reach(kept, line) > CLIP_TOLERANCE) {
+                kept = cut(kept, line);
             }
         }
         let earlier = count;
         for (var c = 0u; c < kept; c++) {
-            let p = corners[start + c];
+            let p = corners[c];
             var separation = LOWEST;
             for (var b = 0u; b < outline.bearing; b++) {
                 let bearing = lines[outline.first + outline.lines + b];

@@ -1,5 +1,6 @@
 // Kernel `contact_starts`: where the patches and points of each entry begin in the candidate's table, one workgroup a
-// candidate. Entries whose points do not all fit are left out, and all behind them.
+// candidate: the order of `cpu::contacts::ContactSet`. Entries whose points do not all fit are left out, and all behind
+// them.
 
 #import batch
 #import merged

@@ -1,4 +1,5 @@
 // Kernel `depth`: the deepest overlap of the hulls of each body pair, one invocation a candidate and pair.
+// Twin of `cpu::narrow_phase::Separator::depth` over the lists of `cpu::broad_phase`.
 
 #import batch
 #import contact

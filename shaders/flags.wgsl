@@ -1,4 +1,5 @@
-// Kernel `flags`: how many candidates have each bit of `world::Status` set; one workgroup.
+// Kernel `flags`: how many candidates have each bit of `world::Status` set; one workgroup. Twin of
+// `cpu::stats::flags`.
 
 #import batch
 #import grid

@@ -1,6 +1,7 @@
 // Kernel `hull_pairs`: lists the hulls that may touch, one invocation a candidate and body pair.
 //
-// Every hull pair goes on with the axis that it had in the last substep's list, which is in the same order.
+// Every hull pair goes on with the axis that it had in the last substep's list, which is in the same order. Part of
+// `cpu::broad_phase::BroadPhase::pairs`.
 
 #import batch
 #import body

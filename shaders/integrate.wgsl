@@ -2,7 +2,7 @@
 // invocation a candidate.
 //
 // Angular momentum, not angular velocity, is carried over to the new orientation; the turn is corrected to the mean of
-// both velocities (Heun), or a tumbling body would gain energy.
+// both velocities (Heun), or a tumbling body would gain energy. End of `cpu::solve::Solver::substep`.
 
 #import constants
 #import batch

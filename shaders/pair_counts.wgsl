@@ -1,6 +1,6 @@
 // Kernel `pair_counts`: how many hulls of each body pair may touch, one invocation a candidate and pair.
 //
-// With `pair_starts` and `hull_pairs` the twin of `BroadPhase::pairs`.
+// With `pair_starts` and `hull_pairs` the twin of `cpu::broad_phase::BroadPhase::pairs`.
 
 #import batch
 #import body

@@ -1,5 +1,5 @@
 // Kernel `solve_load`: rows of all patches and points at the start of a substep; 32 invocations share a candidate's
-// patches.
+// patches. Part of `cpu::solve::Solver::substep`.
 
 #import batch
 #import contact

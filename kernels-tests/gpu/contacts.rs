@@ -15,7 +15,6 @@ pub const TESTS: &[Test] = &[
     ("contacts::overflow_is_flagged", overflow_is_flagged),
     ("contacts::repeat_to_the_bit", repeat_to_the_bit),
     ("contacts::forget_after_reset", forget_after_reset),
-    ("bench", bench),
 ];
 
 /// Of positions in metres and of unit normals.
@@ -282,24 +281,6 @@ fn forget_after_reset(device: &Device) -> Result<(), Failed> {
     let (kept, forgotten) = (run(false)?, run(true)?);
     if kept == 0 || forgotten > 0 {
         return Err(format!("{kept} impulses handed over, {forgotten} after a reset").into());
-    }
-    Ok(())
-}
-
-fn bench(device: &Device) -> Result<(), Failed> {
-    let world = world();
-    let touching = Touching::new(device, &world, 2048)?;
-    touching.set_age(device, &world, 0);
-    device.gpu.wait()?;
-    for (n, step) in touching.contacts.steps(0).iter().enumerate() {
-        let mut times = Vec::new();
-        for _ in 0..6 {
-            let start = std::time::Instant::now();
-            device.run(step);
-            device.gpu.wait()?;
-            times.push(start.elapsed().as_secs_f64() * 1e3);
-        }
-        eprintln!("step {n}: first {:.0} ms, then {:?}", times[0], &times[1..]);
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::narrow_phase::{self, Manifold, PairCache, Separator, manifold, plane_hull};
 use rest3d_gpu::gpu::{Batch, Bounds, Buffer, Contacts, HullPair, Inputs, Separation, Tables};
-use rest3d_gpu::world::{Body, BodyDef, NarrowPhase, Pose, STATIC, SimSettings, World};
+use rest3d_gpu::world::{BodyDef, NarrowPhase, Pose, STATIC, SimSettings, World};
 
 fn cuboid(half: Vec3) -> Vec<Vec3> {
     (0..8).map(|i| half * (2.0 * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 1.0)).collect()
@@ -178,11 +178,7 @@ pub struct Touching {
     pub separations: Buffer<Separation>,
     pub statuses: Buffer<u32>,
     pub contacts: Contacts,
-    _inputs: Kept,
 }
-
-/// Inputs that only the device reads.
-type Kept = (Buffer<Batch>, Buffer<Body>, Buffer<Bounds>, [Buffer<HullPair>; 2], [Buffer<u32>; 2], Tables);
 
 impl Touching {
     pub fn new(device: &Device, world: &World, candidates: u32) -> Result<Self, Failed> {
@@ -230,8 +226,7 @@ impl Touching {
             device.poison(&contacts.points[parity]);
             device.poison(&contacts.starts[parity]);
         }
-        let _inputs = (batch, bodies, body_boxes, hull_pairs, pair_starts, tables);
-        Ok(Self { expected, poses, separations, statuses, contacts, _inputs })
+        Ok(Self { expected, poses, separations, statuses, contacts })
     }
 
     /// Uploads what a substep of this age reads.
