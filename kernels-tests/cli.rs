@@ -592,7 +592,7 @@ fn adapters_are_listed_or_it_says_what_to_install() {
     let output = command().arg("--json").output().unwrap();
     assert!(output.status.success());
     let list: Value = serde_json::from_slice(&output.stdout).unwrap();
-    for (i, adapter) in list.as_array().unwrap().iter().enumerate() {
+    for (i, adapter) in list["adapters"].as_array().unwrap().iter().enumerate() {
         assert_eq!(adapter["index"], i);
         assert!(adapter["name"].is_string() && adapter["missing"].is_array());
     }
