@@ -2,11 +2,12 @@
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use glam::DVec3;
 use rest3d_gpu::cpu::{CpuBackend, CpuSearch, Simulator};
-use rest3d_gpu::optimize::{Candidate, Checkpoint, Config, Event, Observer, OptimizeError, Outcome, Rig, replay, run};
+use rest3d_gpu::optimize::{
+    Candidate, Checkpoint, Config, Event, Observer, OptimizeError, Outcome, Rig, replay, run, shape_requests,
+};
 use rest3d_gpu::scene::Scene;
-use rest3d_gpu::shape::{Shape, ShapeRequest, ShapeSettings, build_shapes};
+use rest3d_gpu::shape::{Shape, ShapeSettings, build_shapes};
 use rest3d_gpu::world::{
     Backend, BackendError, Energy, Flow, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, World,
 };
@@ -17,18 +18,7 @@ use std::sync::Mutex;
 fn bench12() -> (Scene, Vec<Shape>) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/bench12");
     let scene = Scene::read(&folder).unwrap();
-    let requests: Vec<ShapeRequest> = (scene.objects.iter())
-        .map(|object| ShapeRequest {
-            name: object.name.clone(),
-            category: object.category.clone(),
-            mesh: object.mesh.clone(),
-            scale: object.scale.as_vec3(),
-            mass: object.mass.map(|mass| mass as f32),
-            convex_parts: object.convex_parts.clone(),
-            up: (object.pose.rotation.conjugate() * DVec3::Y).as_vec3(),
-        })
-        .collect();
-    let shapes = build_shapes(&requests, &ShapeSettings::default(), None, &|_, _, _| ()).unwrap();
+    let shapes = build_shapes(&shape_requests(&scene), &ShapeSettings::default(), None, &|_, _, _| ()).unwrap();
     (scene, shapes)
 }
 

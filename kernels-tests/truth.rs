@@ -4,12 +4,11 @@
 
 #![allow(clippy::unwrap_used)]
 
-use glam::DVec3;
 use rest3d_gpu::cpu::CpuBackend;
-use rest3d_gpu::optimize::Rig;
+use rest3d_gpu::optimize::{Rig, shape_requests, standing};
 use rest3d_gpu::scene::Scene;
-use rest3d_gpu::shape::{Cache, ShapeRequest, ShapeSettings, build_shapes};
-use rest3d_gpu::world::{Backend, Flow, Pose, STATIC, SimSettings, World, angle_between};
+use rest3d_gpu::shape::{Cache, ShapeSettings, build_shapes};
+use rest3d_gpu::world::{Backend, Flow, Pose, SimSettings, World, angle_between};
 use std::path::Path;
 
 /// Unstable beyond this, m and rad: the paper's metric.
@@ -24,30 +23,11 @@ const CREEP: f32 = 2e-4;
 /// The world of a scene as it stands, and the name of each body's object.
 fn world(file: &Path) -> (World, Vec<String>) {
     let scene = Scene::read(file).unwrap();
-    let requests: Vec<ShapeRequest> = (scene.objects.iter())
-        .map(|object| ShapeRequest {
-            name: object.name.clone(),
-            category: object.category.clone(),
-            mesh: object.mesh.clone(),
-            scale: object.scale.as_vec3(),
-            mass: object.mass.map(|mass| mass as f32),
-            convex_parts: object.convex_parts.clone(),
-            up: (object.pose.rotation.conjugate() * DVec3::Y).as_vec3(),
-        })
-        .collect();
     let cache = Cache::default_location();
+    let requests = shape_requests(&scene);
     let shapes = build_shapes(&requests, &ShapeSettings::default(), cache.as_ref(), &|_, _, _| ()).unwrap();
-    let (mut defs, mut roots) = (Vec::new(), Vec::new());
-    for (i, (object, shape)) in scene.objects.iter().zip(&shapes).enumerate() {
-        let rig = Rig::new(shape);
-        let pose = rig.body(&object.pose);
-        let unit = if scene.is_static(i) { STATIC } else { roots.len() as u32 };
-        if unit != STATIC {
-            roots.push(i as u32);
-        }
-        defs.push(rig.def(unit, pose, pose));
-    }
-    (World::new(&defs, &roots), scene.objects.iter().map(|object| object.name.clone()).collect())
+    let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
+    (standing(&scene, &rigs), scene.objects.iter().map(|object| object.name.clone()).collect())
 }
 
 /// Everything stands, but for the objects named in `falls`, which must not: a reason that has gone has to go from the list.

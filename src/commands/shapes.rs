@@ -1,24 +1,14 @@
 //! Convex parts for every object of a scene, with progress.
 
 use super::{Failure, progress, say};
-use glam::DVec3;
+use rest3d_gpu::optimize::shape_requests;
 use rest3d_gpu::scene::Scene;
-use rest3d_gpu::shape::{Cache, Shape, ShapeRequest, ShapeSettings, build_shapes};
+use rest3d_gpu::shape::{Cache, Shape, ShapeSettings, build_shapes};
 use std::time::Instant;
 
 /// Makes or finds the shapes, in the scene's order.
 pub fn make(scene: &Scene) -> Result<Vec<Shape>, Failure> {
-    let requests: Vec<ShapeRequest> = (scene.objects.iter())
-        .map(|object| ShapeRequest {
-            name: object.name.clone(),
-            category: object.category.clone(),
-            mesh: object.mesh.clone(),
-            scale: object.scale.as_vec3(),
-            mass: object.mass.map(|mass| mass as f32),
-            convex_parts: object.convex_parts.clone(),
-            up: (object.pose.rotation.conjugate() * DVec3::Y).as_vec3(),
-        })
-        .collect();
+    let requests = shape_requests(scene);
     let clock = Instant::now();
     let bar = progress::bar(requests.len() as u64, progress::SHORT);
     let shapes =

@@ -3,10 +3,10 @@
 use super::backend::BackendArgs;
 use super::{Failure, output, print_result, replay, say, shapes};
 use rest3d_gpu::files::write_whole_with;
-use rest3d_gpu::optimize::{Candidate, Rig};
+use rest3d_gpu::optimize::{Candidate, Rig, standing};
 use rest3d_gpu::report::Trajectory;
 use rest3d_gpu::scene::Scene;
-use rest3d_gpu::world::{Flow, Pose, STATIC, SimSettings, Status, Velocity, World};
+use rest3d_gpu::world::{Flow, Pose, SimSettings, Status, Velocity, World};
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufWriter, Write};
@@ -109,21 +109,10 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The scene as it stands; every movable object is a unit of its own.
+    /// The scene as it stands.
     fn of_scene(scene: &Scene, rigs: &[Rig]) -> Self {
-        let placed: Vec<Pose> = rigs.iter().zip(&scene.objects).map(|(rig, object)| rig.body(&object.pose)).collect();
-        let mut roots = Vec::new();
-        let mut defs = Vec::with_capacity(rigs.len());
-        for (i, (rig, &pose)) in rigs.iter().zip(&placed).enumerate() {
-            let unit = if scene.is_static(i) {
-                STATIC
-            } else {
-                roots.push(i as u32);
-                roots.len() as u32 - 1
-            };
-            defs.push(rig.def(unit, pose, pose));
-        }
-        let world = World::new(&defs, &roots);
+        let world = standing(scene, rigs);
+        let placed = world.start.clone();
         Self { world, objects: (0..rigs.len()).collect(), placed, lift: 0.0, settings: SimSettings::default() }
     }
 }

@@ -14,6 +14,7 @@ mod seat;
 mod settle;
 mod support;
 mod verify;
+mod whole;
 
 pub use checkpoint::Checkpoint;
 pub use config::{Config, ResultFrom, SettleSettings, VerifySettings};
@@ -21,6 +22,7 @@ pub use outcome::{Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, 
 pub use replay::{Candidate, Replay, replay};
 pub use rig::Rig;
 pub use run::run;
+pub use whole::{shape_requests, standing};
 
 use crate::world::BackendError;
 use thiserror::Error;
