@@ -56,7 +56,7 @@ fn large_thin_plates_keep_their_size() {
 #[test]
 fn a_large_thin_component_is_not_dropped() {
     let folder = tempfile::tempdir().unwrap();
-    let (cube, sheet) = ([Vec3::ZERO, Vec3::splat(0.2)], [Vec3::Y * 0.2, Vec3::new(3.0, 0.2, 2.0)]);
+    let (cube, sheet) = ([Vec3::ZERO, Vec3::splat(0.2)], [Vec3::Y * 0.5, Vec3::new(4.0, 0.5, 3.0)]);
     let shape = build(boxes(folder.path(), "both.obj", &[cube, sheet]), Vec::new()).unwrap();
     assert!(shape.quality.uncovered_max_mm < 1.0, "{:?}", shape.quality);
 }
