@@ -68,8 +68,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     var kept: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
     var taken = 0u;
     let all = near <= 3u;
-    let offered = select(MAX_MANIFOLD_POINTS, near, all);
-    for (var k = 0u; k < offered; k++) {
+    let tries = select(EXTREMES, near, all);
+    for (var k = 0u; k < tries; k++) {
         let p = vertices[hull.first_vertex + select(extreme(extremes, k), first[k & 3u], all)].xyz;
         if (all || is_new(&kept, taken, p)) {
             let separation = dot(up, p) + height;

@@ -68,16 +68,24 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     }
     statuses[candidate] |= select(STATUS_NOT_FINITE, 0u, finite);
     let slots = candidate * sim.contacts;
-    let tracking = min(LOAD_TRACKING_RATE * sim.substep, 1.0);
+    let patch_share = min(PATCH_LOAD_RATE * sim.substep, 1.0);
+    let point_share = min(POINT_LOAD_RATE * sim.substep, 1.0);
     for (var i = slots; i < slots + min(patch_counts[candidate], sim.contacts); i++) {
         let impulse = frictions[i].impulse;
         let u = tangent(patches[i].normal);
         patches[i].friction = impulse.x * u + impulse.y * cross(patches[i].normal, u);
         patches[i].twist = impulse.z;
         let first = slots + patches[i].first;
-        for (var j = first; j < first + patches[i].count; j++) {
+        let end = first + patches[i].count;
+        var mean = 0.0;
+        for (var j = first; j < end; j++) {
+            mean += normals[j].impulse - normals[j].load;
+        }
+        mean /= f32(patches[i].count);
+        for (var j = first; j < end; j++) {
             contacts[j].impulse = normals[j].impulse;
-            contacts[j].load = normals[j].load + tracking * (normals[j].impulse - normals[j].load);
+            let own = normals[j].impulse - normals[j].load - mean;
+            contacts[j].load = normals[j].load + patch_share * mean + point_share * own;
         }
     }
 }

@@ -82,7 +82,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
                 }
                 var positions: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
                 var taken = 0u;
-                for (var j = 0u; j < MAX_MANIFOLD_POINTS; j++) {
+                for (var j = 0u; j < EXTREMES; j++) {
                     let number = extreme(extremes, j);
                     let p = manifold_points[number].on_b;
                     if (is_new(&positions, taken, p)) {

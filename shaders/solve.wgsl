@@ -142,6 +142,12 @@ fn sweep_friction(bodies: u32, slots: u32, count: u32) {
     }
 }
 
+// Which of `count` points of a patch comes as the `k`-th of a sweep: every third, there and back.
+fn turn_of(k: u32, sweep: u32, count: u32) -> u32 {
+    let step = select(count - 1u - k, k, sweep % 2u == 0u);
+    return select(3u * step % count, step, count % 3u == 0u);
+}
+
 // One sweep over all patches: with `soft` overlap is pushed out, without only approach is stopped. What is still apart
 // may come no closer than touching. Gives the largest change of a contact's relative speed, m/s.
 fn sweep_normals(bodies: u32, slots: u32, count: u32, soft: bool) -> f32 {
@@ -159,15 +165,13 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, soft: bool) -> f32 {
         let turn_a = moving[pair.a].turn;
         let turn_b = moving[pair.b].turn;
         for (var k = 0u; k < PATCH_SWEEPS * at.count; k++) {
-            // There and back.
-            let step = k % at.count;
-            let j = slots + at.first + select(step, at.count - 1u - step, (k / at.count) % 2u == 1u);
+            let j = slots + at.first + turn_of(k % at.count, k / at.count, at.count);
             let n = normals[j];
             let row = Row(n.axis, n.angular_a, n.angular_b);
             let moved = dot(n.axis, shift) + dot(n.angular_b, turn_b) - dot(n.angular_a, turn_a);
             let separation = n.separation + moved;
             let springy = soft && separation <= 0.0;
-            let push_out = max(omega / a1 * min(separation + RESTING_DEPTH, 0.0), -sim.max_push_out);
+            let push_out = max(omega / a1 * (separation + RESTING_DEPTH), -sim.max_push_out);
             let bias = select(max(separation, 0.0) / h, push_out, springy);
             let correction = n.mass * select(1.0, a2 * a3, springy) * (relative(&pair, row) + bias);
             let total = max(n.impulse - correction - select(0.0, a3, springy) * (n.impulse - n.load), 0.0);

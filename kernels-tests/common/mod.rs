@@ -8,6 +8,11 @@ use rest3d_gpu::world::{Backend, BodyDef, Flow, Pose, STATIC, SimSettings, Veloc
 /// Poses and velocities of all bodies after a step.
 pub type State = (Vec<Pose>, Vec<Velocity>);
 
+/// A number in [0, 1) that is the same for the same arguments.
+pub fn any(number: usize, which: usize) -> f32 {
+    (((number * 61 + which * 5) as f32 * 12.9898).sin() * 43758.547).rem_euclid(1.0)
+}
+
 /// Corners of a box with these half extents.
 pub fn cuboid(half: Vec3) -> Vec<Vec3> {
     (0..8)

@@ -199,7 +199,7 @@ fn heap(bodies: usize, number: usize) -> Scenario {
 
 pub fn energy_of_heaps_never_grows(backend: &dyn Backend) {
     let settings = undamped(settings(120));
-    for number in 0..20 {
+    for number in 0..40 {
         for bodies in [2, 6] {
             loses_energy(backend, &format!("heap {number} of {bodies}"), &heap(bodies, number), &settings);
         }

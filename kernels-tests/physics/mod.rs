@@ -9,6 +9,7 @@ pub mod closed_forms;
 pub mod concave;
 pub mod determinism;
 pub mod free_motion;
+pub mod landing;
 pub mod stacks;
 
 use crate::common::{Scenario, State, run};
@@ -71,11 +72,11 @@ macro_rules! physics_tests {
                 free_fall_follows_the_scheme,
                 spin_is_damped,
                 a_torque_free_body_keeps_its_angular_momentum,
-                       a_collision_in_mid_air_keeps_momentum,
+                a_collision_in_mid_air_keeps_momentum,
                 overlapping_bodies_in_mid_air_push_apart_evenly,
                 energy_never_grows,
                 energy_of_heaps_never_grows,
-                   ]
+            ]
             closed_forms: [
                 friction_cone,
                 a_block_tips_at_its_aspect,
@@ -83,8 +84,16 @@ macro_rules! physics_tests {
                 a_lever_weighs_half_a_percent,
                 a_ball_rolls,
             ]
+            landing: [
+                thin_things_come_to_lie_on_the_ground,
+                thin_things_do_not_pass_through_boards,
+                a_corner_within_the_outline_of_a_foot_bears,
+            ]
             stacks: [
                 ten_high_stacks_stand,
+                small_and_crooked_towers_stand,
+                uneven_loads_stand,
+                round_stacks_stand,
                 a_pyramid_stands,
                 a_mass_ratio_of_a_hundred,
                 a_book_leans_as_statics_say,

@@ -1,7 +1,7 @@
 //! What people pile up stays where it was put.
 
 use super::{both, drift, measured, peak_speed, settings};
-use crate::common::{Scenario, box_inertia, cuboid, prism, ring, run, shifted, truncated_cube};
+use crate::common::{Scenario, any, box_inertia, cuboid, prism, ring, run, shifted, truncated_cube};
 use glam::{Quat, Vec3};
 use rest3d_gpu::world::{Backend, Pose, SimSettings};
 
@@ -19,6 +19,69 @@ pub fn ten_high_stacks_stand(backend: &dyn Backend) {
         let found = drift(backend, &s, &settings, 180);
         measured(&format!("drift of ten {name} in 10 s, m"), found.moved, "< 0.001");
         assert!(found.moved < 1e-3 && found.turned < 1e-3 && found.speed < 5e-4, "{name}: {found:?}");
+    }
+}
+
+/// Cubes on one another: the mass of each, and how far they are shifted, as a share of their half size, and turned.
+fn tower(half: f32, masses: &[f32], crooked: f32) -> Scenario {
+    let mut s = Scenario::default();
+    for (i, &mass) in masses.iter().enumerate() {
+        let beside = |which: usize| crooked * half * (any(i, which) - 0.5);
+        let at = Vec3::new(beside(0), half * (1.0 + 2.0 * i as f32), beside(1));
+        s.cuboid(Vec3::splat(half), mass, at, Quat::from_rotation_y(3.0 * crooked * (any(i, 2) - 0.5)));
+    }
+    s
+}
+
+pub fn small_and_crooked_towers_stand(backend: &dyn Backend) {
+    for half in [0.1, 0.05, 0.03, 0.02, 0.01] {
+        for crooked in [0.0, 0.3] {
+            let found = drift(backend, &tower(half, &[1.0; 10], crooked), &settings(600), 300);
+            measured(
+                &format!("drift of ten cubes of {} m, {crooked} crooked, in 10 s, m", 2.0 * half),
+                found.moved,
+                "< 0.001",
+            );
+            assert!(found.moved < 1e-3 && found.turned < 2e-2, "{half} m, {crooked} crooked: {found:?}");
+        }
+    }
+}
+
+pub fn uneven_loads_stand(backend: &dyn Backend) {
+    let rising: Vec<f32> = (1..=10).map(|i| i as f32).collect();
+    let falling: Vec<f32> = rising.iter().rev().copied().collect();
+    let topped = |top: f32| [vec![1.0; 9], vec![top]].concat();
+    let loads = [rising, falling, topped(5.0), topped(10.0), vec![1.0, 1.0, 1.0, 100.0], vec![1.0, 100.0, 1.0, 100.0]];
+    for masses in &loads {
+        for half in [0.1, 0.05] {
+            let found = drift(backend, &tower(half, masses, 0.0), &settings(600), 300);
+            measured(&format!("drift of {masses:?} kg of {} m in 10 s, m", 2.0 * half), found.moved, 0);
+            assert!(found.moved < 5e-3 && found.speed < 2e-2, "{masses:?} kg, {half} m: {found:?}");
+        }
+    }
+    // A heavy thing beside the middle of a light one.
+    for half in [0.1, 0.05] {
+        let mut s = Scenario::default();
+        s.cuboid(Vec3::splat(half), 1.0, Vec3::Y * half, Quat::IDENTITY);
+        s.cuboid(Vec3::splat(half), 100.0, half * Vec3::new(0.7, 3.0, 0.2), Quat::IDENTITY);
+        let found = drift(backend, &s, &settings(600), 300);
+        measured(&format!("drift of 100 kg beside the middle of 1 kg of {} m, m", 2.0 * half), found.moved, 0);
+        assert!(found.moved < 5e-3 && found.speed < 2e-3, "{half} m: {found:?}");
+    }
+}
+
+pub fn round_stacks_stand(backend: &dyn Backend) {
+    let stacks = [("cans", 0.033, 0.06, 24, 8), ("plates", 0.1, 0.01, 32, 10), ("rods", 0.05, 0.1, 16, 10)];
+    for (name, radius, half_height, sides, count) in stacks {
+        let mut s = Scenario::default();
+        for i in 0..count {
+            let at = Pose::new(Quat::IDENTITY, Vec3::Y * half_height * (1.0 + 2.0 * i as f32));
+            let inertia = box_inertia(0.4, Vec3::new(0.87 * radius, half_height, 0.87 * radius));
+            s.body(vec![prism(radius, half_height, sides)], 0.4, inertia, at);
+        }
+        let found = drift(backend, &s, &settings(600), 300);
+        measured(&format!("drift of {count} {name} in 10 s, m"), found.moved, "< 0.001");
+        assert!(found.moved < 1e-3 && found.speed < 2e-3, "{name}: {found:?}");
     }
 }
 

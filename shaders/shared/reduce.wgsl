@@ -1,6 +1,7 @@
 // Chooses the few of many contact points that support a body as well as all of them: as `cpu::narrow_phase::reduce`.
 //
-// Offer all points, then take the eight extremes in their order, each only if it `is_new` among those taken.
+// Offer all points, then take the extremes in their order, each only if it `is_new` among those taken, until there are
+// `MAX_MANIFOLD_POINTS`.
 
 #import constants
 
@@ -10,36 +11,56 @@ const LOWEST: f32 = -3.4e38;
 const DIRECTIONS_X = vec4<f32>(0.955336, 0.466559, -0.295520, -0.884490);
 const DIRECTIONS_Y = vec4<f32>(0.295520, 0.884490, 0.955336, 0.466559);
 
-struct Extremes {
+// Four directions and their opposites.
+struct Round {
     reach: vec4<f32>,
     opposite_reach: vec4<f32>,
     point: vec4<u32>,
     opposite_point: vec4<u32>,
 }
 
-fn no_extremes() -> Extremes {
-    return Extremes(vec4(LOWEST), vec4(LOWEST), vec4(0u), vec4(0u));
+// What a body rests on, and what it may land on.
+struct Extremes {
+    resting: Round,
+    landing: Round,
 }
 
-// `flat`: the point across the normal, m. `gap`: how much farther than the deepest, m.
-fn offer(extremes: ptr<function, Extremes>, flat_point: vec2<f32>, gap: f32, number: u32) {
+// Extremes of both rounds.
+const EXTREMES: u32 = 16u;
+
+fn no_extremes() -> Extremes {
+    let none = Round(vec4(LOWEST), vec4(LOWEST), vec4(0u), vec4(0u));
+    return Extremes(none, none);
+}
+
+fn offered(round: Round, along: vec4<f32>, penalty: f32, number: u32) -> Round {
+    let farther = along - penalty > round.reach + SAME_POINT;
+    let opposite_farther = -along - penalty > round.opposite_reach + SAME_POINT;
+    return Round(
+        select(round.reach, along - penalty, farther),
+        select(round.opposite_reach, -along - penalty, opposite_farther),
+        select(round.point, vec4(number), farther),
+        select(round.opposite_point, vec4(number), opposite_farther),
+    );
+}
+
+// `flat_point`: the point across the normal, m. `height`: how much farther than the deepest, m.
+fn offer(extremes: ptr<function, Extremes>, flat_point: vec2<f32>, height: f32, number: u32) {
     let along = DIRECTIONS_X * flat_point.x + DIRECTIONS_Y * flat_point.y;
-    let distance = along - GAP_PENALTY * gap;
-    let opposite = -along - GAP_PENALTY * gap;
-    let farther = distance > (*extremes).reach + SAME_POINT;
-    let opposite_farther = opposite > (*extremes).opposite_reach + SAME_POINT;
-    (*extremes).reach = select((*extremes).reach, distance, farther);
-    (*extremes).opposite_reach = select((*extremes).opposite_reach, opposite, opposite_farther);
-    (*extremes).point = select((*extremes).point, vec4(number), farther);
-    (*extremes).opposite_point = select((*extremes).opposite_point, vec4(number), opposite_farther);
+    let resting = RESTING_PENALTY * max(height - BEARING_HEIGHT, 0.0);
+    (*extremes).resting = offered((*extremes).resting, along, resting, number);
+    (*extremes).landing = offered((*extremes).landing, along, LANDING_PENALTY * height, number);
 }
 
 fn extreme(extremes: Extremes, k: u32) -> u32 {
-    return select(extremes.opposite_point[k & 3u], extremes.point[k & 3u], k < 4u);
+    let j = k & 3u;
+    let resting = select(extremes.resting.opposite_point[j], extremes.resting.point[j], (k & 4u) == 0u);
+    let landing = select(extremes.landing.opposite_point[j], extremes.landing.point[j], (k & 4u) == 0u);
+    return select(landing, resting, k < 8u);
 }
 
 fn is_new(taken: ptr<function, array<vec4<f32>, MAX_MANIFOLD_POINTS>>, count: u32, p: vec3<f32>) -> bool {
-    var fresh = true;
+    var fresh = count < MAX_MANIFOLD_POINTS;
     for (var i = 0u; i < count; i++) {
         let apart = (*taken)[i].xyz - p;
         fresh &= dot(apart, apart) >= SAME_POINT * SAME_POINT;

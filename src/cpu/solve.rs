@@ -4,8 +4,9 @@
 //! A substep is cut into `position_iterations` small steps `h`. Each applies gravity, warm-starts, solves friction and
 //! every contact once as an overdamped spring, moves the bodies, and solves once more with rigid contacts, after a hit
 //! several times, so that push-out leaves no kinetic energy behind. A plain spring sags under load and a rigid contact
-//! rings when a heavy body lies on a light one; this spring is at rest at the load that the contact has carried lately,
-//! which does neither.
+//! rings when a heavy body lies on a light one; this spring is at rest at the load that its patch has carried lately,
+//! which does neither. Its share of that load follows far more slowly: a patch must stay stiff against leaning, or towers
+//! buckle.
 //! Normals are those of the substep's start; separations follow the bodies' motion to first order, and lever arms follow
 //! where both bodies are free.
 
@@ -14,8 +15,8 @@ use super::narrow_phase::tangents;
 use crate::world::{
     Body, Pose, SimSettings, Velocity,
     constants::{
-        ARM_TOLERANCE, CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, LOAD_TRACKING_RATE,
-        MAX_RELAXING_SWEEPS, PATCH_SWEEPS, RELAXED_SPEED, RESTING_DEPTH,
+        ARM_TOLERANCE, CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, MAX_RELAXING_SWEEPS,
+        PATCH_LOAD_RATE, PATCH_SWEEPS, POINT_LOAD_RATE, RELAXED_SPEED, RESTING_DEPTH,
     },
 };
 use glam::{Mat3, Quat, Vec3};
@@ -160,15 +161,25 @@ impl Solver {
                 *velocity = moving.velocity;
             }
         }
+        self.hand_over(h * small_steps as f32, contacts);
+    }
+
+    /// Writes the impulses into the contacts, and the loads that they carry after a substep of `dt`.
+    fn hand_over(&self, dt: f32, contacts: &mut ContactSet) {
+        let patch_share = (PATCH_LOAD_RATE * dt).min(1.0);
+        let point_share = (POINT_LOAD_RATE * dt).min(1.0);
         for (friction, patch) in self.frictions.iter().zip(&mut contacts.patches) {
             let [u, v, twist] = friction.impulse;
             patch.friction = u * friction.tangents[0].axis + v * friction.tangents[1].axis;
             patch.twist = twist;
-        }
-        let tracking = (LOAD_TRACKING_RATE * h * small_steps as f32).min(1.0);
-        for (normal, contact) in self.normals.iter().zip(&mut contacts.points) {
-            contact.impulse = normal.impulse;
-            contact.load = normal.load + tracking * (normal.impulse - normal.load);
+            let range = friction.first as usize..(friction.first + friction.count) as usize;
+            let normals = &self.normals[range.clone()];
+            let mean = normals.iter().map(|n| n.impulse - n.load).sum::<f32>() / friction.count as f32;
+            for (normal, contact) in normals.iter().zip(&mut contacts.points[range]) {
+                contact.impulse = normal.impulse;
+                let own = normal.impulse - normal.load - mean;
+                contact.load = normal.load + patch_share * mean + point_share * own;
+            }
         }
     }
 
@@ -300,15 +311,13 @@ impl Solver {
             let points = &mut self.normals[f.first as usize..][..f.count as usize];
             for sweep in 0..PATCH_SWEEPS {
                 for k in 0..points.len() {
-                    // There and back: sweeps in one direction leave an error that goes round and round, and a lamp rocks
-                    // for ever.
-                    let n = &mut points[if sweep % 2 == 0 { k } else { points.len() - 1 - k }];
+                    let n = &mut points[turn_of(k, sweep, points.len())];
                     let separation = n.separation + moved(&n.row, body_a, body_b);
                     let (mut bias, mut stiffness, mut leak) = (separation.max(0.0) / h, 1.0, 0.0);
                     if let Some(soft) = soft
                         && separation <= 0.0
                     {
-                        bias = (soft.bias_rate * (separation + RESTING_DEPTH).min(0.0)).max(-settings.max_push_out);
+                        bias = (soft.bias_rate * (separation + RESTING_DEPTH)).max(-settings.max_push_out);
                         stiffness = soft.mass_scale;
                         leak = soft.impulse_scale;
                     }
@@ -375,6 +384,15 @@ impl Solver {
             moving.velocity.angular = spin_at(new);
         }
     }
+}
+
+/// Which of `count` points of a patch comes as the `k`-th of a sweep. Every third, so that points across the patch follow
+/// one another and its lean is settled first; there and back, because sweeps in one direction leave an error that goes
+/// round and round, and a lamp rocks for ever.
+#[inline]
+fn turn_of(k: usize, sweep: u32, count: usize) -> usize {
+    let k = if sweep.is_multiple_of(2) { k } else { count - 1 - k };
+    if count.is_multiple_of(3) { k } else { 3 * k % count }
 }
 
 /// How far the touching points have moved apart along the row's axis since the substep's start, m.

@@ -1,7 +1,7 @@
 //! Chooses the few of many contact points that support a body as well as all of them.
 
 use super::MAX_MANIFOLD_POINTS;
-use crate::world::constants::{GAP_PENALTY, SAME_POINT};
+use crate::world::constants::{BEARING_HEIGHT, LANDING_PENALTY, RESTING_PENALTY, SAME_POINT};
 use glam::{Vec2, Vec3};
 
 /// Directions in which the farthest point is kept: unit vectors at equal angles, turned so that neither boxes nor regular
@@ -25,18 +25,19 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The indices, counter-clockwise against the normal.
+    /// The indices, round after round, each counter-clockwise against the normal.
     pub fn indices(&self) -> &[u16] {
         &self.indices[..self.count]
     }
 }
 
 /// Chooses at most `MAX_MANIFOLD_POINTS` of `count` points, each given as position and separation (m): the farthest one
-/// across `normal` in each of as many fixed directions.
+/// across `normal` in each of as many fixed directions, twice. The first round finds what a body rests on and counts
+/// a point as nearer by `RESTING_PENALTY` times its height above the deepest; the second fills the places that are left
+/// with what the body may land on, where height costs only `LANDING_PENALTY`.
 ///
 /// Directions and preferences are fixed, so that the same points are kept in the same order from step to step and keep
-/// their impulses. A point with a gap counts as nearer by `GAP_PENALTY` times its gap beyond the deepest: what touches
-/// bears. Points closer than `SAME_POINT` are one.
+/// their impulses. Points closer than `SAME_POINT` are one.
 pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) -> Selection {
     let mut chosen = Selection::default();
     if count == 0 {
@@ -44,20 +45,26 @@ pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) 
     }
     let [u, v] = tangents(normal);
     let deepest = (0..count).map(|i| point(i).1).fold(f32::INFINITY, f32::min);
-    let mut reach = [f32::NEG_INFINITY; MAX_MANIFOLD_POINTS];
-    let mut farthest = [0u16; MAX_MANIFOLD_POINTS];
+    let mut reach = [[f32::NEG_INFINITY; MAX_MANIFOLD_POINTS]; 2];
+    let mut farthest = [[0u16; MAX_MANIFOLD_POINTS]; 2];
     for i in 0..count {
         let (p, separation) = point(i);
         let flat = Vec2::new(u.dot(p), v.dot(p));
-        let penalty = GAP_PENALTY * (separation - deepest);
-        for k in 0..MAX_MANIFOLD_POINTS {
-            let distance = DIRECTIONS[k].dot(flat) - penalty;
-            if distance > reach[k] + SAME_POINT {
-                (reach[k], farthest[k]) = (distance, i as u16);
+        let height = separation - deepest;
+        let penalties = [RESTING_PENALTY * (height - BEARING_HEIGHT).max(0.0), LANDING_PENALTY * height];
+        for (round, penalty) in penalties.into_iter().enumerate() {
+            for k in 0..MAX_MANIFOLD_POINTS {
+                let distance = DIRECTIONS[k].dot(flat) - penalty;
+                if distance > reach[round][k] + SAME_POINT {
+                    (reach[round][k], farthest[round][k]) = (distance, i as u16);
+                }
             }
         }
     }
-    for index in farthest {
+    for index in farthest.into_iter().flatten() {
+        if chosen.count == MAX_MANIFOLD_POINTS {
+            break;
+        }
         let p = point(index as usize).0;
         let near = |kept: &u16| point(*kept as usize).0.distance_squared(p) < SAME_POINT * SAME_POINT;
         if !chosen.indices().iter().any(near) {

@@ -1,0 +1,103 @@
+//! What falls lands on what is below it, lies flat, and does not pass through.
+
+use super::{both, measured, settings};
+use crate::common::{Scenario, any, box_inertia, cuboid, prism, run};
+use glam::{Quat, Vec3};
+use rest3d_gpu::world::{Backend, Pose};
+
+const COIN: Vec3 = Vec3::new(0.012, 0.001, 0.012);
+const TILE: Vec3 = Vec3::new(0.02, 0.002, 0.02);
+const CARD: Vec3 = Vec3::new(0.043, 0.0005, 0.028);
+
+/// Thin things, by their half extents.
+fn thin_things() -> [(&'static str, Vec<Vec3>, Vec3); 4] {
+    let cube = Vec3::splat(0.01);
+    [
+        ("coin", prism(COIN.x, COIN.y, 24), COIN),
+        ("tile", cuboid(TILE), TILE),
+        ("card", cuboid(CARD), CARD),
+        ("cube", cuboid(cube), cube),
+    ]
+}
+
+fn tumbled(number: usize) -> Quat {
+    let angle = |j: usize| 3.0 * any(number, j) - 1.5;
+    Quat::from_rotation_y(2.0 * angle(0)) * Quat::from_rotation_x(angle(1)) * Quat::from_rotation_z(angle(2))
+}
+
+pub fn thin_things_come_to_lie_on_the_ground(backend: &dyn Backend) {
+    const STEPS: u32 = 240;
+    for (name, hull, half) in thin_things() {
+        let (mut deepest, mut fastest) = (0.0f32, 0.0f32);
+        for number in 0..24 {
+            let turn = tumbled(number);
+            let low = hull.iter().map(|&v| (turn * v).y).fold(f32::INFINITY, f32::min);
+            // Dropped from up to 15 cm, or begun with a part of it in the ground.
+            let lift = if number % 2 == 0 { 0.15 * any(number, 3) } else { -0.3 * half.x * any(number, 3) };
+            let mut s = Scenario::default();
+            s.body(vec![hull.clone()], 0.01, box_inertia(0.01, half), Pose::new(turn, Vec3::Y * (lift - low)));
+            let states = run(backend, &s.world(), &settings(STEPS));
+            deepest = deepest.max(-s.lowest(0, states.last().unwrap()));
+            fastest = states[STEPS as usize - 40..].iter().map(|(_, v)| v[0].linear.length()).fold(fastest, f32::max);
+        }
+        measured(&format!("24 drops of a {name}: deepest in the ground after 4 s, m"), deepest, "< 0.0001");
+        measured("and its speed, m/s", fastest, 0);
+        assert!(deepest < 1e-4, "a {name} lies {deepest} m in the ground");
+        assert!(fastest < 2e-3, "a {name} still moves at {fastest} m/s");
+    }
+}
+
+pub fn thin_things_do_not_pass_through_boards(backend: &dyn Backend) {
+    const TOP: f32 = 0.5;
+    for (name, hull, half) in thin_things() {
+        for (thickness, fixed) in [(0.01, true), (0.01, false), (0.002, true)] {
+            let board = Vec3::new(0.3, 0.5 * thickness, 0.2);
+            for number in 0..16 {
+                let mut s = Scenario::default();
+                let at = Vec3::Y * (TOP - board.y);
+                if fixed {
+                    s.fixed(vec![cuboid(board)], at, Quat::IDENTITY);
+                } else {
+                    s.cuboid(board, 1.0, at, Quat::IDENTITY);
+                    let post = Vec3::new(0.03, 0.5 * (TOP - thickness), 0.15);
+                    for x in [-0.25, 0.25] {
+                        s.fixed(vec![cuboid(post)], Vec3::new(x, post.y, 0.0), Quat::IDENTITY);
+                    }
+                }
+                let start = Pose::new(tumbled(number), Vec3::Y * (TOP + 0.1 + 0.4 * any(number, 4)));
+                let thing = s.body(vec![hull.clone()], 0.01, box_inertia(0.01, half), start);
+                let states = run(backend, &s.world(), &settings(90));
+                let end = states.last().unwrap().0[thing].translation;
+                let beside = end.x.abs() > board.x || end.z.abs() > board.z;
+                let kind = if fixed { "fixed" } else { "loose" };
+                assert!(
+                    beside || end.y > TOP - 1e-3,
+                    "{name} {number} is at {end} under a {kind} board of {thickness} m"
+                );
+            }
+        }
+    }
+}
+
+/// Convex parts of scanned feet have such corners.
+pub fn a_corner_within_the_outline_of_a_foot_bears(backend: &dyn Backend) {
+    const HALF: Vec3 = Vec3::new(0.15, 0.2, 0.1);
+    for settings in both(600) {
+        for inset in [0.0, 0.5, 0.9] {
+            for height in [0.0018, 0.004] {
+                let tip = Vec3::new(inset * HALF.x, -HALF.y - height, inset * HALF.z);
+                let above = [[0.02, 0.0], [-0.02, 0.0], [0.0, -0.02]].map(|[x, z]| tip + Vec3::new(x, 0.1, z));
+                let mut s = Scenario::default();
+                let peg = above.into_iter().chain([tip]).collect();
+                let at = Pose::new(Quat::IDENTITY, Vec3::Y * (HALF.y + height));
+                s.body(vec![cuboid(HALF), peg], 5.0, box_inertia(5.0, HALF), at);
+                let states = run(backend, &s.world(), &settings);
+                let low = s.lowest(0, states.last().unwrap());
+                let creep = states[599].0[0].translation.distance(states[500].0[0].translation);
+                measured(&format!("foot on a corner of {height} m at {inset}: lowest, m"), low, "> -0.0001");
+                assert!(low > -1e-4, "a corner of {height} m at {inset} sinks to {low} m");
+                assert!(creep < 1e-5, "a foot on a corner of {height} m at {inset} creeps by {creep} m");
+            }
+        }
+    }
+}
