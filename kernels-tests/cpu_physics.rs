@@ -13,7 +13,7 @@ use rest3d_gpu::cpu::{CpuBackend, Workspace};
 
 /// The shared bodies, in modules of their own so that names do not clash.
 mod cpu {
-    crate::physics::physics_tests!(rest3d_gpu::cpu::CpuBackend);
+    crate::physics::physics_suite!(make_tests(rest3d_gpu::cpu::CpuBackend));
 }
 
 #[test]

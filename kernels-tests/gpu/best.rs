@@ -1,8 +1,8 @@
 //! Kernel `best`.
 
 use super::Test;
-use super::common::{Device, SIZES, noise};
 use super::elites::energies;
+use super::fixture::{Device, SIZES, noise};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::{best::best, elites::elites};
 use rest3d_gpu::gpu::kernels::BestBuffers;

@@ -1,8 +1,8 @@
 //! Kernel `boxes`.
 
 use super::Test;
-use super::common::{Device, SIZES, Value};
 use super::crowd::{crowd, scattered, speeds};
+use super::fixture::{Device, SIZES, Value};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::broad_phase::BroadPhase;
 use rest3d_gpu::gpu::kernels::BoxesBuffers;

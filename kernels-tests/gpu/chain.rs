@@ -1,7 +1,7 @@
 //! All kernels of an iteration in one submission, against the CPU's search with the same stand-in for the simulation.
 
 use super::Test;
-use super::common::{Device, compare, world};
+use super::fixture::{Device, compare, world};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::{CpuSearch, Record, Rollout};
 use rest3d_gpu::gpu::{Download, Population, Recorder};

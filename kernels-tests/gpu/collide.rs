@@ -1,8 +1,8 @@
 //! Kernels `axis_remembered`, `axis_faces`, `axis_edges` and `depth`, with all others from poses to separations.
 
 use super::Test;
-use super::common::{Device, SIZES, compare};
 use super::crowd::{crowd, scattered, speeds};
+use super::fixture::{Device, SIZES, compare};
 use glam::Vec3;
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::Workspace;

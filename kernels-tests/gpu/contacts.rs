@@ -1,7 +1,7 @@
 //! Kernels `merge`, `contact_starts` and `emit`, which are `cpu::contacts`; and all of `Contacts` in a row.
 
 use super::Test;
-use super::common::{Device, SIZES, noise};
+use super::fixture::{Device, SIZES, noise};
 use super::touching::{Expected, Touching, world};
 use glam::Vec3;
 use libtest_mimic::Failed;

@@ -1,6 +1,6 @@
 //! Bodies of all kinds of hulls, close to each other.
 
-use super::common::{noise, noisy_poses};
+use super::fixture::{noise, noisy_poses};
 use glam::Vec3;
 use rest3d_gpu::world::{BodyDef, Pose, STATIC, Velocity, World};
 

@@ -1,8 +1,8 @@
 //! Kernel `depth`.
 
 use super::Test;
-use super::common::{Device, SIZES, noise};
 use super::crowd::crowd;
+use super::fixture::{Device, SIZES, noise};
 use glam::Vec3;
 use libtest_mimic::Failed;
 use rest3d_gpu::gpu::kernels::DepthBuffers;

@@ -1,7 +1,7 @@
 //! Choosing an adapter, and what happens when a request cannot be met.
 
 use super::Test;
-use super::common::Device;
+use super::fixture::Device;
 use libtest_mimic::Failed;
 use rest3d_gpu::gpu::{AdapterChoice, Buffer, Gpu, GpuError};
 

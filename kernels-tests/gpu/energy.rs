@@ -1,7 +1,7 @@
 //! Kernel `energy`.
 
 use super::Test;
-use super::common::{Device, SIZES, noise, noisy_poses, world};
+use super::fixture::{Device, SIZES, noise, noisy_poses, world};
 use glam::Vec3;
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::energy::{Trial, energy};

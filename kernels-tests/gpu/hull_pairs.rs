@@ -2,8 +2,8 @@
 
 use super::Test;
 use super::boxes::boxes;
-use super::common::{Device, SIZES, Value, compare, noise};
 use super::crowd::{crowd, scattered, speeds};
+use super::fixture::{Device, SIZES, Value, compare, noise};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::broad_phase::BroadPhase;
 use rest3d_gpu::gpu::kernels::{HullPairsBuffers, PairCountsBuffers, PairStartsBuffers};

@@ -9,6 +9,7 @@ mod best;
 mod boxes;
 mod chain;
 mod collide;
+#[path = "../common/mod.rs"]
 mod common;
 mod contacts;
 mod crowd;
@@ -16,21 +17,22 @@ mod depth;
 mod device;
 mod elites;
 mod energy;
+mod fixture;
 mod hull_pairs;
 mod manifold;
 mod moments;
+#[path = "../physics/mod.rs"]
+mod physics;
 mod place;
 mod sample;
-#[path = "../common/mod.rs"]
-mod scenarios;
 mod simulation;
 mod solver;
 mod stats;
 mod touching;
 
-use common::Device;
+use fixture::Device;
 use libtest_mimic::{Arguments, Failed, Trial};
-use rest3d_gpu::gpu::{AdapterChoice, Gpu};
+use rest3d_gpu::gpu::AdapterChoice;
 use std::process::ExitCode;
 use std::{env, sync::Arc};
 
@@ -41,7 +43,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let required = env::var("REST3D_GPU_REQUIRE_ADAPTER").is_ok_and(|value| value != "0");
     let choice: AdapterChoice = env::var("REST3D_GPU_ADAPTER").unwrap_or_else(|_| "auto".into()).parse().unwrap();
-    let opened = Arc::new(Gpu::open(&choice).map(Device::new));
+    let opened = Arc::new(Device::open(choice));
     let absent = match opened.as_ref() {
         Ok(device) => {
             eprintln!("adapter: {}", device.gpu.report().name);
@@ -76,5 +78,16 @@ fn main() -> ExitCode {
         let run = move || test(opened.as_ref().as_ref().map_err(|error| error.to_string())?);
         Trial::test(name, run).with_ignored_flag(absent)
     });
+    let bodies = physics::physics_suite!(list_tests());
+    let suite = bodies.into_iter().map(|(name, body)| {
+        let opened = Arc::clone(&opened);
+        let run = move || {
+            let device = opened.as_ref().as_ref().map_err(|error| error.to_string())?;
+            body(device.backend()?);
+            Ok(())
+        };
+        Trial::test(name, run).with_ignored_flag(absent)
+    });
+    let trials = trials.chain(suite);
     libtest_mimic::run(&arguments, trials.collect()).exit_code()
 }

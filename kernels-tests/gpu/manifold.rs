@@ -5,7 +5,7 @@
 //! deepest point and extent must agree, and it must be rare.
 
 use super::Test;
-use super::common::{Device, SIZES};
+use super::fixture::{Device, SIZES};
 use super::touching::{Touching, world};
 use glam::Vec3;
 use libtest_mimic::Failed;

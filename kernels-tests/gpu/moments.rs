@@ -1,7 +1,7 @@
 //! Kernel `moments`.
 
 use super::Test;
-use super::common::{Device, SIZES, noise};
+use super::fixture::{Device, SIZES, noise};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::moments::moments;
 use rest3d_gpu::gpu::kernels::MomentsBuffers;

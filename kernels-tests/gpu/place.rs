@@ -1,7 +1,7 @@
 //! Kernel `place`.
 
 use super::Test;
-use super::common::{Device, SIZES, noise, world};
+use super::fixture::{Device, SIZES, noise, world};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::place::place;
 use rest3d_gpu::gpu::Batch;

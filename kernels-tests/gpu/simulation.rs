@@ -1,8 +1,8 @@
 //! Whole simulations and searches on the device against the CPU's.
 
 use super::Test;
-use super::common::{Device, compare};
-use crate::scenarios::Scenario;
+use super::fixture::{Device, compare};
+use crate::common::Scenario;
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::CpuBackend;

@@ -1,8 +1,8 @@
 //! Kernels `solve_bodies`, `solve_load`, `solve`, `integrate`: one substep from the CPU's contacts.
 
 use super::Test;
-use super::common::{Device, SIZES, Value, compare, noise};
-use crate::scenarios::{Scenario, truncated_cube};
+use super::fixture::{Device, SIZES, Value, compare, noise};
+use crate::common::{Scenario, truncated_cube};
 use bytemuck::Zeroable;
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;

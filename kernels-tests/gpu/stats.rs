@@ -1,8 +1,8 @@
 //! Kernels `flags` and `stats`.
 
 use super::Test;
-use super::common::{Device, SIZES, Value};
 use super::elites::energies;
+use super::fixture::{Device, SIZES, Value};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::elites::elites as ranked;
 use rest3d_gpu::cpu::stats::{elite_mean, flags};

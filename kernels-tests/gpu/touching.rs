@@ -1,6 +1,6 @@
 //! A world of all kinds of hulls that rest on, touch and overlap each other, and what the CPU says of it.
 
-use super::common::{Device, noise};
+use super::fixture::{Device, noise};
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::narrow_phase::{self, Manifold, PairCache, Separator, manifold, plane_hull};

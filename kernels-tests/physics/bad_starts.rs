@@ -48,7 +48,7 @@ fn comes_apart(backend: &dyn Backend, name: &str, s: &Scenario, settings: &SimSe
 }
 
 pub fn overlap_is_pushed_apart_gently(backend: &dyn Backend) {
-    for settings in both(60) {
+    for settings in both(backend, 60) {
         for (name, shift) in [("5 cm", 0.15), ("90 %", 0.02), ("coincident", 0.0)] {
             let mut s = Scenario::default();
             s.cuboid(Vec3::splat(0.1), 1.0, Vec3::new(0.0, 0.1, 0.0), Quat::IDENTITY);
@@ -62,7 +62,7 @@ pub fn overlap_is_pushed_apart_gently(backend: &dyn Backend) {
 }
 
 pub fn what_is_swallowed_comes_out(backend: &dyn Backend) {
-    for settings in both(60) {
+    for settings in both(backend, 60) {
         for (name, at) in [("off the centre", Vec3::new(0.03, 0.22, 0.01)), ("at the centre", Vec3::Y * 0.2)] {
             for movable in [false, true] {
                 let mut s = Scenario::default();
@@ -81,7 +81,7 @@ pub fn what_is_swallowed_comes_out(backend: &dyn Backend) {
 }
 
 pub fn a_plate_inside_a_table_top_comes_out(backend: &dyn Backend) {
-    for settings in both(60) {
+    for settings in both(backend, 60) {
         for above in [-0.005, 0.0, 0.005] {
             let mut s = Scenario::default();
             s.table(10.0);
@@ -93,7 +93,7 @@ pub fn a_plate_inside_a_table_top_comes_out(backend: &dyn Backend) {
 }
 
 pub fn touching_hulls_are_not_missed(backend: &dyn Backend) {
-    for settings in both(60) {
+    for settings in both(backend, 60) {
         for gap in [-1e-6, 0.0, 1e-6] {
             let mut s = Scenario::default();
             s.cuboid(Vec3::splat(0.1), 1.0, Vec3::Y * 0.1, Quat::IDENTITY);

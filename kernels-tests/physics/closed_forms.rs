@@ -21,7 +21,7 @@ fn box_on_slope(degrees: f32, half: Vec3) -> Scenario {
 }
 
 pub fn friction_cone(backend: &dyn Backend) {
-    for settings in both(60).map(undamped) {
+    for settings in both(backend, 60).map(undamped) {
         let slid = |degrees: f32| drift(backend, &box_on_slope(degrees, Vec3::new(0.2, 0.05, 0.2)), &settings, 0).moved;
         let held = slid(44.0);
         measured("slid in 1 s at 44°, m", held, 0);
@@ -39,7 +39,7 @@ pub fn friction_cone(backend: &dyn Backend) {
 pub fn a_block_tips_at_its_aspect(backend: &dyn Backend) {
     let half = Vec3::new(0.1, 0.2, 0.1);
     let limit = (half.x / half.y).atan().to_degrees();
-    for settings in both(240) {
+    for settings in both(backend, 240) {
         for (degrees, tips) in [(limit - 0.5, false), (limit + 0.5, true)] {
             let found = drift(backend, &box_on_slope(degrees, half), &settings, 0);
             measured(&format!("turn of a block at {degrees}° of {limit}°, rad"), found.turned, tips);
@@ -50,7 +50,7 @@ pub fn a_block_tips_at_its_aspect(backend: &dyn Backend) {
 }
 
 pub fn an_overhang_tips_when_its_centre_passes_the_edge(backend: &dyn Backend) {
-    for settings in both(240) {
+    for settings in both(backend, 240) {
         for (past, tips) in [(-1e-3, false), (1e-3, true)] {
             let mut s = Scenario::default();
             s.fixed(vec![cuboid(Vec3::splat(0.5))], Vec3::Y * 0.5, Quat::IDENTITY);
@@ -65,7 +65,7 @@ pub fn an_overhang_tips_when_its_centre_passes_the_edge(backend: &dyn Backend) {
 /// A beam of 1 kg lies on a fixed block with its centre 0.2 m inside the edge, and a load 0.3 m outside. It tips when the
 /// load presses with more than 2/3 of the beam's own weight: a balance for the force of a contact at rest.
 pub fn a_lever_weighs_half_a_percent(backend: &dyn Backend) {
-    for settings in both(360) {
+    for settings in both(backend, 360) {
         for (share, tips) in [(0.995, false), (1.005, true)] {
             let mut s = Scenario::default();
             s.fixed(vec![cuboid(Vec3::splat(0.5))], Vec3::new(-0.5, 0.5, 0.0), Quat::IDENTITY);
@@ -82,7 +82,7 @@ pub fn a_lever_weighs_half_a_percent(backend: &dyn Backend) {
 /// contact may sink by `LINEAR_SLOP`, so the ball stands on 2 cm of its rim, whose front brakes. Bigger balls lose less.
 pub fn a_ball_rolls(backend: &dyn Backend) {
     let (radius, degrees) = (0.5f32, 10.0f32);
-    for settings in both(60).map(undamped) {
+    for settings in both(backend, 60).map(undamped) {
         let inertia = Vec3::splat(0.4 * radius * radius);
         let s = on_slope(degrees, sliced_ball(radius, 24, 7), 1.0, inertia, radius);
         let world = s.world();

@@ -24,7 +24,7 @@ fn stays_inside(
 }
 
 pub fn a_bowl_holds_its_fruit(backend: &dyn Backend) {
-    for settings in both(300) {
+    for settings in both(backend, 300) {
         let mut s = Scenario::default();
         let mut parts = ring([0.05, 0.07], [0.14, 0.15], [-0.04, 0.06], 24);
         parts.push(shifted(&prism(0.06, 0.005, 24), Vec3::Y * -0.035));
@@ -49,7 +49,7 @@ pub fn a_shelf_holds_its_books(backend: &dyn Backend) {
     let side = |x: f32| (Vec3::new(0.01, 0.5, 0.15), Vec3::new(x, 0.5, 0.0));
     let back = (Vec3::new(0.42, 0.5, 0.005), Vec3::new(0.0, 0.5, -0.155));
     let boards = [0.01, 0.34, 0.67];
-    for settings in both(300) {
+    for settings in both(backend, 300) {
         let mut s = Scenario::default();
         let mut boxes = vec![side(-0.41), side(0.41), back, board(0.99)];
         boxes.extend(boards.map(board));
@@ -80,7 +80,7 @@ pub fn a_drawer_holds_its_things(backend: &dyn Backend) {
         (Vec3::new(0.25, 0.06, 0.005), Vec3::new(0.0, 0.07, -0.195)),
         (Vec3::new(0.25, 0.06, 0.005), Vec3::new(0.0, 0.07, 0.195)),
     ];
-    for settings in both(300) {
+    for settings in both(backend, 300) {
         let mut s = Scenario::default();
         let drawer = s.furniture(&boxes, 2.0, Vec3::ZERO);
         let center = s.world().start[drawer].translation;

@@ -87,7 +87,7 @@ fn facing_ramps() -> Scenario {
 
 pub fn a_collision_in_mid_air_keeps_momentum(backend: &dyn Backend) {
     const BOXES: [usize; 2] = [1, 3];
-    for settings in both(52).map(undamped) {
+    for settings in both(backend, 52).map(undamped) {
         let settings = SimSettings { friction: 0.0, ..settings };
         let s = facing_ramps();
         let states = run(backend, &s.world(), &settings);
@@ -117,7 +117,7 @@ pub fn a_collision_in_mid_air_keeps_momentum(backend: &dyn Backend) {
 /// Push-out leaves no velocity behind, so what counts is how far the pair moves.
 pub fn overlapping_bodies_in_mid_air_push_apart_evenly(backend: &dyn Backend) {
     const STEPS: u32 = 30;
-    for settings in both(STEPS).map(undamped) {
+    for settings in both(backend, STEPS).map(undamped) {
         let mut s = Scenario::default();
         s.cuboid(Vec3::new(0.1, 0.2, 0.1), 1.0, Vec3::new(0.0, 1.9, 0.0), Quat::from_rotation_z(0.3));
         s.cuboid(Vec3::splat(0.1), 4.0, Vec3::new(0.17, 1.98, 0.03), Quat::from_rotation_y(0.4));
@@ -160,7 +160,7 @@ fn loses_energy(backend: &dyn Backend, name: &str, s: &Scenario, settings: &SimS
 }
 
 pub fn energy_never_grows(backend: &dyn Backend) {
-    for settings in both(240).map(undamped) {
+    for settings in both(backend, 240).map(undamped) {
         let mut plank = Scenario::default();
         plank.fixed(vec![cuboid(Vec3::splat(0.02))], Vec3::new(0.05, 1.0, 0.3), Quat::IDENTITY);
         plank.cuboid(Vec3::new(0.1, 0.02, 0.4), 1.0, Vec3::new(0.0, 1.3, 0.0), Quat::from_rotation_x(0.1));

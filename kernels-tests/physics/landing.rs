@@ -82,7 +82,7 @@ pub fn thin_things_do_not_pass_through_boards(backend: &dyn Backend) {
 /// Convex parts of scanned feet have such corners.
 pub fn a_corner_within_the_outline_of_a_foot_bears(backend: &dyn Backend) {
     const HALF: Vec3 = Vec3::new(0.15, 0.2, 0.1);
-    for settings in both(600) {
+    for settings in both(backend, 600) {
         for inset in [0.0, 0.5, 0.9] {
             for height in [0.0018, 0.004] {
                 let tip = Vec3::new(inset * HALF.x, -HALF.y - height, inset * HALF.z);

@@ -1,8 +1,7 @@
 //! Physics tests as functions of a backend, so that every backend passes the same ones.
 //!
 //! A simulation starts at rest, so a test that needs motion lets things fall, slide or push one another apart first.
-//! `physics_tests!` lists all bodies once and makes a `#[test]` of each for the backend that it is given. A test says
-//! what it measured on stderr (`cargo test --test physics -- --nocapture`); `docs/physics.md` holds those numbers.
+//! `physics_suite!` lists all bodies once, for whichever harness runs them. A test says what it measured on stderr (`cargo test --test physics -- --nocapture`); `docs/physics.md` holds those numbers.
 
 pub mod bad_starts;
 pub mod closed_forms;
@@ -13,16 +12,16 @@ pub mod landing;
 pub mod stacks;
 
 use crate::common::{Scenario, State, run};
-use rest3d_gpu::world::{Backend, NarrowPhase, SimSettings, angle_between};
+use rest3d_gpu::world::{Backend, SimSettings, angle_between};
 
 /// Default settings for so many steps.
 pub fn settings(steps: u32) -> SimSettings {
     SimSettings { steps, ..Default::default() }
 }
 
-/// Both hull–hull algorithms must pass.
-pub fn both(steps: u32) -> [SimSettings; 2] {
-    [NarrowPhase::Twin, NarrowPhase::Reference].map(|narrow_phase| SimSettings { narrow_phase, ..settings(steps) })
+/// Every hull–hull algorithm of the backend must pass.
+pub fn both(backend: &dyn Backend, steps: u32) -> impl Iterator<Item = SimSettings> {
+    backend.narrow_phases().iter().map(move |&narrow_phase| SimSettings { narrow_phase, ..settings(steps) })
 }
 
 /// The same without losses.
@@ -64,10 +63,10 @@ pub fn peak_speed(states: &[State]) -> f32 {
     states.iter().flat_map(|(_, v)| v).map(|v| v.linear.length()).fold(0.0, f32::max)
 }
 
-/// A `#[test]` of every body for one backend.
-macro_rules! physics_tests {
-    ($backend:expr) => {
-        $crate::physics::make_tests! { $backend;
+/// Hands every body, by module, to a macro: `with! { (arguments); module: [body, …] … }`.
+macro_rules! physics_suite {
+    ($with:ident $arguments:tt) => {
+        $crate::physics::$with! { $arguments;
             free_motion: [
                 free_fall_follows_the_scheme,
                 spin_is_damped,
@@ -119,9 +118,10 @@ macro_rules! physics_tests {
     };
 }
 
-/// Only for `physics_tests!`.
+/// A `#[test]` of every body for one backend: `physics_suite!(make_tests (backend))`.
+#[allow(unused_macros)]
 macro_rules! make_tests {
-    ($backend:expr; $($module:ident: [$($body:ident,)+])+) => {
+    (($backend:expr); $($module:ident: [$($body:ident,)+])+) => {
         $(mod $module {
             $(#[test]
             fn $body() {
@@ -131,4 +131,16 @@ macro_rules! make_tests {
     };
 }
 
-pub(crate) use {make_tests, physics_tests};
+/// All bodies by name, for a harness of its own: `physics_suite!(list_tests ())`.
+#[allow(unused_macros)]
+macro_rules! list_tests {
+    ((); $($module:ident: [$($body:ident,)+])+) => {
+        [$($((
+            concat!("physics::", stringify!($module), "::", stringify!($body)),
+            $crate::physics::$module::$body as fn(&dyn rest3d_gpu::world::Backend),
+        ),)+)+]
+    };
+}
+
+#[allow(unused_imports)]
+pub(crate) use {list_tests, make_tests, physics_suite};

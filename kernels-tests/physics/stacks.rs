@@ -86,7 +86,7 @@ pub fn round_stacks_stand(backend: &dyn Backend) {
 }
 
 pub fn a_pyramid_stands(backend: &dyn Backend) {
-    for settings in both(300) {
+    for settings in both(backend, 300) {
         let mut s = Scenario::default();
         for row in 0..5 {
             for i in 0..5 - row {
@@ -101,7 +101,7 @@ pub fn a_pyramid_stands(backend: &dyn Backend) {
 }
 
 pub fn a_mass_ratio_of_a_hundred(backend: &dyn Backend) {
-    for settings in both(300) {
+    for settings in both(backend, 300) {
         for masses in [[1.0, 100.0], [100.0, 1.0]] {
             let mut s = Scenario::default();
             for (i, mass) in masses.into_iter().enumerate() {
@@ -144,7 +144,7 @@ pub fn a_book_leans_as_statics_say(backend: &dyn Backend) {
     assert_eq!(sliding_angle(1.0), 0.0);
     let limit = sliding_angle(0.5);
     let cases = [(1.0, 60.0), (1.0, 30.0), (0.5, 60.0), (0.5, 30.0), (0.5, limit + 2.0), (0.5, limit - 2.0)];
-    for settings in both(300) {
+    for settings in both(backend, 300) {
         for (friction, degrees) in cases {
             let holds = degrees > sliding_angle(friction);
             let settings = SimSettings { friction, ..settings.clone() };
@@ -167,7 +167,7 @@ pub fn a_table_on_thin_legs_bears_a_load(backend: &dyn Backend) {
     // Few heavy things, and many that cover it.
     let few = [-0.3, 0.3].map(|x| [-0.2, 0.2].map(|z| (x, z))).concat();
     let many = [-0.45, -0.15, 0.15, 0.45].map(|x| [-0.25, 0.0, 0.25].map(|z| (x, z))).concat();
-    for settings in both(120) {
+    for settings in both(backend, 120) {
         for (load, places) in [(20.0, &few), (5.0, &many)] {
             let mut s = Scenario::default();
             s.table(10.0);
@@ -199,7 +199,7 @@ fn mug(s: &mut Scenario, height: f32) {
 }
 
 pub fn a_mug_rests_on_a_tray_on_a_table(backend: &dyn Backend) {
-    for settings in both(300) {
+    for settings in both(backend, 300) {
         let mut s = Scenario::default();
         s.table(15.0);
         let rim_x = Vec3::new(0.005, 0.02, 0.14);

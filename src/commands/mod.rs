@@ -95,7 +95,9 @@ impl From<OptimizeError> for Failure {
             OptimizeError::Config { .. } | OptimizeError::Checkpoint(_) | OptimizeError::Candidate(_) => {
                 Self::Input(error.to_string())
             }
-            OptimizeError::Backend(BackendError::Capacity(message)) => Self::Input(message),
+            OptimizeError::Backend(BackendError::Capacity(message) | BackendError::Unsupported(message)) => {
+                Self::Input(message)
+            }
             OptimizeError::Backend(error) => error.into(),
         }
     }

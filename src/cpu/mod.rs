@@ -18,7 +18,8 @@ pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
 
 use crate::world::{
-    Backend, BackendError, Flow, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
+    Backend, BackendError, Flow, NarrowPhase, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream,
+    Velocity, World,
 };
 use narrow_phase::Separator;
 use rayon::prelude::*;
@@ -30,6 +31,10 @@ pub struct CpuBackend;
 impl Backend for CpuBackend {
     fn describe(&self) -> String {
         format!("CPU, {} threads", rayon::current_num_threads())
+    }
+
+    fn narrow_phases(&self) -> &'static [NarrowPhase] {
+        &[NarrowPhase::Twin, NarrowPhase::Reference]
     }
 
     fn simulate(

@@ -28,6 +28,16 @@ impl GpuBackend {
         Ok(Self { gpu, kernels })
     }
 
+    /// Refuses settings that the shaders do not know.
+    fn check(&self, settings: &SimSettings) -> Result<(), BackendError> {
+        if self.narrow_phases().contains(&settings.narrow_phase) {
+            return Ok(());
+        }
+        Err(BackendError::Unsupported(
+            "the reference narrow phase runs on the CPU only: set narrow_phase = \"twin\", or use --backend cpu".into(),
+        ))
+    }
+
     /// A simulation of all candidates at once.
     fn simulation(&self, world: &World, settings: &SimSettings, candidates: usize) -> Result<Simulation, GpuError> {
         let made = Simulation::fitting(&self.gpu, &self.kernels, world, settings, candidates as u32)?;
@@ -100,6 +110,7 @@ impl Backend for GpuBackend {
         starts: &[Pose],
         on_step: &mut OnStep<'_>,
     ) -> Result<Vec<Status>, BackendError> {
+        self.check(settings)?;
         if world.bodies.is_empty() {
             return Ok(Vec::new());
         }
@@ -141,6 +152,7 @@ impl Backend for GpuBackend {
         settings: &'a SearchSettings,
         stream: Stream,
     ) -> Result<Box<dyn Search + 'a>, BackendError> {
+        self.check(&settings.simulation)?;
         Ok(Box::new(GpuSearch::new(&self.gpu, &self.kernels, world, settings, stream)?))
     }
 

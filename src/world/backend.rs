@@ -1,6 +1,6 @@
 //! What the optimizer may ask of a simulator, whichever processor it runs on.
 
-use super::{CemSettings, EnergyWeights, Pose, SimSettings, Status, Velocity, World};
+use super::{CemSettings, EnergyWeights, NarrowPhase, Pose, SimSettings, Status, Velocity, World};
 use serde::{Deserialize, Deserializer, Serialize};
 use thiserror::Error;
 
@@ -10,6 +10,9 @@ pub enum BackendError {
     /// The scene does not fit; the message says what and how to shrink it.
     #[error("{0}")]
     Capacity(String),
+    /// The settings ask for what it does not have; the message says what to ask for instead.
+    #[error("{0}")]
+    Unsupported(String),
     /// The device failed.
     #[error("{0}")]
     Device(String),
@@ -22,6 +25,11 @@ pub type OnStep<'a> = dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow + 'a;
 pub trait Backend: Send + Sync {
     /// One line for the report: name and processor.
     fn describe(&self) -> String;
+
+    /// Hull–hull algorithms that it can be asked for.
+    fn narrow_phases(&self) -> &'static [NarrowPhase] {
+        &[NarrowPhase::Twin]
+    }
 
     /// Steps every candidate of `starts` (candidate-major: `starts[candidate * bodies + body]`), at rest at first.
     /// `on_step` is called after every step.

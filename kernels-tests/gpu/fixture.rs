@@ -4,8 +4,9 @@ use bytemuck::Pod;
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::sample::{normals, philox};
-use rest3d_gpu::gpu::{Buffer, Download, Gpu, GpuError, Kernels, Recorder, Step};
+use rest3d_gpu::gpu::{AdapterChoice, Buffer, Download, Gpu, GpuBackend, GpuError, Kernels, Recorder, Step};
 use rest3d_gpu::world::{Body, BodyDef, Energy, Pose, STATIC, Winner, World, angle_between};
+use std::sync::OnceLock;
 
 /// Batch sizes: one, few, and no multiples of a workgroup.
 pub const SIZES: [u32; 4] = [1, 7, 65, 1234];
@@ -14,12 +15,21 @@ pub const SIZES: [u32; 4] = [1, 7, 65, 1234];
 pub struct Device {
     pub gpu: Gpu,
     kernels: Result<Kernels, GpuError>,
+    choice: AdapterChoice,
+    backend: OnceLock<Result<GpuBackend, GpuError>>,
 }
 
 impl Device {
-    pub fn new(gpu: Gpu) -> Self {
+    pub fn open(choice: AdapterChoice) -> Result<Self, GpuError> {
+        let gpu = Gpu::open(&choice)?;
         let kernels = Kernels::compile(&gpu);
-        Self { gpu, kernels }
+        Ok(Self { gpu, kernels, choice, backend: OnceLock::new() })
+    }
+
+    /// The same adapter as the optimizer sees it, opened when a test first wants it.
+    pub fn backend(&self) -> Result<&GpuBackend, Failed> {
+        let opened = self.backend.get_or_init(|| GpuBackend::open(&self.choice));
+        opened.as_ref().map_err(|error| error.to_string().into())
     }
 
     pub fn kernels(&self) -> Result<&Kernels, Failed> {
