@@ -205,7 +205,7 @@ fn an_energy_depends_on_neither_neighbours_nor_threads() {
             let settings = settings(candidates);
             let mut search = CpuSearch::new(&world, &settings, STREAM, NEVER);
             search.iterate().unwrap();
-            search.energies().to_vec()
+            search.energies()
         })
     };
     let many = energies(333, 1);
@@ -271,7 +271,7 @@ fn the_best_ever_replaces_the_worst_elite() {
     assert_eq!(search.best().unwrap(), best);
 
     let mut order = vec![0; 40];
-    elites(search.energies(), 4, &mut order);
+    elites(&search.energies(), 4, &mut order);
     let mut rows = vec![0.0; 4 * 12];
     rows[..12].copy_from_slice(&best.delta);
     for (row, &candidate) in rows.chunks_exact_mut(12).skip(1).zip(&order) {

@@ -29,6 +29,7 @@ mod simulation;
 mod solver;
 mod stats;
 mod touching;
+mod whole;
 
 use fixture::Device;
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -72,6 +73,7 @@ fn main() -> ExitCode {
         manifold::TESTS,
         contacts::TESTS,
         device::TESTS,
+        whole::TESTS,
     ];
     let trials = modules.into_iter().flatten().map(|&(name, test)| {
         let opened = Arc::clone(&opened);

@@ -112,11 +112,6 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
         }
     }
 
-    /// Energies of the last iteration, by candidate.
-    pub fn energies(&self) -> &[Energy] {
-        &self.energies
-    }
-
     fn simulate_all(&mut self) {
         let width = self.world.dimensions();
         let Self { world, settings, stream, rollout, lanes, distribution, iteration, .. } = self;
@@ -197,6 +192,10 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
         };
         self.iteration += 1;
         Ok(stats)
+    }
+
+    fn energies(&self) -> Vec<Energy> {
+        self.energies.clone()
     }
 
     fn distribution(&self) -> Distribution {

@@ -8,8 +8,8 @@ use super::layout::{Flags, Stats};
 use super::population::Population;
 use super::simulation::{Pace, Simulation, grown};
 use crate::world::{
-    BackendError, Best, Capacities, CemSettings, Distribution, IterationStats, Pose, Search, SearchSettings, Status,
-    Stream, Winner, World,
+    BackendError, Best, Capacities, CemSettings, Distribution, Energy, IterationStats, Pose, Search, SearchSettings,
+    Status, Stream, Winner, World,
 };
 use bytemuck::Pod;
 
@@ -164,6 +164,11 @@ impl Search for GpuSearch<'_> {
             IterationStats { iteration: self.iteration, best, iteration_best, elite_mean, flagged: flags.counts };
         self.iteration += 1;
         Ok(stats)
+    }
+
+    fn energies(&self) -> Vec<Energy> {
+        let candidates = self.settings.cem.candidates as usize;
+        self.read(&self.population.energies, 0, candidates).unwrap_or_else(|_| vec![Winner::NONE.energy; candidates])
     }
 
     fn distribution(&self) -> Distribution {

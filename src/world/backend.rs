@@ -187,6 +187,8 @@ pub struct Best {
 pub trait Search {
     /// Samples, simulates, ranks and updates once.
     fn iterate(&mut self) -> Result<IterationStats, BackendError>;
+    /// Energies of the last iteration, by candidate.
+    fn energies(&self) -> Vec<Energy>;
     /// The distribution that the next iteration samples from.
     fn distribution(&self) -> Distribution;
     /// Replaces it (start of an episode, resumed run).
