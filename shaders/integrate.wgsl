@@ -1,8 +1,6 @@
 // Kernel `integrate`: writes a substep's motion into poses and velocities, and its impulses into the contacts, one
 // invocation a candidate.
-//
-// Angular momentum, not angular velocity, is carried over to the new orientation; the turn is corrected to the mean of
-// both velocities (Heun), or a tumbling body would gain energy. End of `cpu::solve::Solver::substep`.
+// End of `cpu::solve::Solver::substep`; how bodies turn as `cpu::integrate`.
 
 #import constants
 #import batch
@@ -37,6 +35,56 @@ fn spin_at(rotation: vec4<f32>, momentum: vec3<f32>, inverse_inertia: vec3<f32>)
     return rotate(rotation, rotate(conjugate(rotation), momentum) * inverse_inertia);
 }
 
+// How fast a spin changes without torque, in the body's frame (Euler's equations).
+fn free_change(spin: vec3<f32>, inertia: vec3<f32>) -> vec3<f32> {
+    return cross(inertia * spin, spin) / inertia;
+}
+
+// Spin of a body after a substep without torque, in its own frame, with the energy that it had.
+fn free_spin(spin: vec3<f32>, inertia: vec3<f32>) -> vec3<f32> {
+    let dt = sim.substep;
+    let first = free_change(spin, inertia);
+    let second = free_change(spin + 0.5 * dt * first, inertia);
+    let third = free_change(spin + 0.5 * dt * second, inertia);
+    let fourth = free_change(spin + dt * third, inertia);
+    let next = spin + dt / 6.0 * (first + 2.0 * (second + third) + fourth);
+    let found = dot(next, inertia * next);
+    let usable = found > 0.0 && is_finite(bitcast<u32>(found));
+    return select(spin, next * sqrt(dot(spin, inertia * spin) / found), usable);
+}
+
+// The smallest turn that brings `start` to the direction of `end`, for directions near each other.
+fn aligning(start: vec3<f32>, end: vec3<f32>) -> vec4<f32> {
+    let size = length(start) * length(end);
+    let cosine = dot(start, end);
+    let turn = normalize(vec4(cross(start, end), size + cosine));
+    return select(vec4(0.0, 0.0, 0.0, 1.0), turn, cosine > 0.5 * size);
+}
+
+// Orientation and angular velocity at the end.
+struct End {
+    rotation: vec4<f32>,
+    spin: vec3<f32>,
+}
+
+fn end_of_compact(state: Moving, old: vec4<f32>, inverse_inertia: vec3<f32>) -> End {
+    let momentum = rotate(old, rotate(conjugate(old), state.angular) / inverse_inertia);
+    let ahead = spin_at(turned(old, state.turn), momentum, inverse_inertia);
+    let next = turned(old, state.turn + 0.5 * sim.substep * (ahead - state.angular));
+    return End(next, spin_at(next, momentum, inverse_inertia));
+}
+
+fn end_of_slender(state: Moving, old: vec4<f32>, inertia: vec3<f32>) -> End {
+    let spin = rotate(conjugate(old), state.angular);
+    let next = free_spin(spin, inertia);
+    let ahead = rotate(turned(old, state.turn), next);
+    let turned_on = turned(old, state.turn + 0.5 * sim.substep * (ahead - state.angular));
+    let correction = aligning(rotate(turned_on, inertia * next), rotate(old, inertia * spin));
+    let aligned = normalize(compose(correction, turned_on));
+    let rotation = select(turned_on, aligned, state.touched == 0u);
+    return End(rotation, rotate(rotation, next));
+}
+
 fn all_finite(v: vec3<f32>) -> bool {
     return is_finite(bitcast<u32>(v.x)) && is_finite(bitcast<u32>(v.y)) && is_finite(bitcast<u32>(v.z));
 }
@@ -56,15 +104,19 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let state = moving[candidate * (batch.bodies + 1u) + body];
         let inverse_inertia = bodies[body].inverse_inertia;
         let old = poses[i].rotation;
-        let momentum = rotate(old, rotate(conjugate(old), state.angular) / inverse_inertia);
-        let ahead = spin_at(turned(old, state.turn), momentum, inverse_inertia);
-        let next = turned(old, state.turn + 0.5 * sim.substep * (ahead - state.angular));
         let at = poses[i].translation + state.shift;
-        let angular = spin_at(next, momentum, inverse_inertia);
-        poses[i] = Pose(next, at);
-        velocities[i] = Velocity(state.linear, angular);
+        let most = max(inverse_inertia.x, max(inverse_inertia.y, inverse_inertia.z));
+        let least = min(inverse_inertia.x, min(inverse_inertia.y, inverse_inertia.z));
+        var end: End;
+        if (most > SLENDER_INERTIA_RATIO * least) {
+            end = end_of_slender(state, old, 1.0 / inverse_inertia);
+        } else {
+            end = end_of_compact(state, old, inverse_inertia);
+        }
+        poses[i] = Pose(end.rotation, at);
+        velocities[i] = Velocity(state.linear, end.spin);
         // A number that is not finite in the rotation is in the angular velocity, too.
-        finite = finite && all_finite(at) && all_finite(state.linear) && all_finite(angular);
+        finite = finite && all_finite(at) && all_finite(state.linear) && all_finite(end.spin);
     }
     statuses[candidate] |= select(STATUS_NOT_FINITE, 0u, finite);
     let slots = candidate * sim.contacts;

@@ -236,6 +236,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let bodies = candidate * (batch.bodies + 1u);
     let slots = candidate * sim.contacts;
     let count = min(patch_counts[candidate], sim.contacts);
+    for (var i = slots; i < slots + count; i++) {
+        moving[first_body(patches[i], bodies)].touched = 1u;
+        moving[bodies + patches[i].b].touched = 1u;
+    }
     for (var step = 0u; step < sim.small_steps; step++) {
         accelerate(bodies);
         warm_start(bodies, slots, count);

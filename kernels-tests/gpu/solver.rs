@@ -67,6 +67,14 @@ fn world() -> World {
         scenario.body(vec![truncated_cube(0.1)], 1.0, Vec3::splat(0.007), Pose::new(tilt, Vec3::new(x, 2.0, 3.0)));
     }
     scenario.table(8.0);
+    for x in [0.0, 1.0] {
+        scenario.cuboid(
+            Vec3::new(0.01, 0.3, 0.01),
+            0.2,
+            Vec3::new(x, 0.31 + 3.0 * x, -3.0),
+            Quat::from_rotation_x(0.2),
+        );
+    }
     scenario.world()
 }
 

@@ -1,7 +1,7 @@
 //! Bodies in the air: falling, spinning, colliding, and what must be conserved there.
 
 use super::{both, measured, settings, undamped};
-use crate::common::{Scenario, State, box_inertia, cuboid, prism, run};
+use crate::common::{Scenario, State, any, box_inertia, cuboid, prism, run};
 use glam::{DVec3, Quat, Vec3};
 use rest3d_gpu::world::{Backend, Pose, SimSettings, Velocity};
 
@@ -178,6 +178,22 @@ pub fn energy_never_grows(backend: &dyn Backend) {
         let mut needle = Scenario::default();
         needle.cuboid(Vec3::new(0.02, 0.5, 0.02), 1.0, Vec3::Y, Quat::from_rotation_x(0.2));
         loses_energy(backend, "falling needle", &needle, &settings);
+    }
+}
+
+pub fn energy_of_rods_never_grows(backend: &dyn Backend) {
+    let settings = undamped(settings(150));
+    let rods = [Vec3::new(0.003, 0.115, 0.003), Vec3::new(0.005, 0.25, 0.005), Vec3::new(0.015, 0.15, 0.0015)];
+    for half in rods {
+        for number in 0..8 {
+            let angle = |which: usize| 3.0 * any(number, which) - 1.5;
+            let turn =
+                Quat::from_rotation_x(angle(0)) * Quat::from_rotation_z(angle(1)) * Quat::from_rotation_y(angle(2));
+            let low = cuboid(half).iter().map(|&v| (turn * v).y).fold(f32::INFINITY, f32::min);
+            let mut s = Scenario::default();
+            s.cuboid(half, 0.05, Vec3::Y * (0.75 - low), turn);
+            loses_energy(backend, &format!("rod {half} {number}"), &s, &settings);
+        }
     }
 }
 

@@ -74,6 +74,7 @@ macro_rules! physics_suite {
                 a_collision_in_mid_air_keeps_momentum,
                 overlapping_bodies_in_mid_air_push_apart_evenly,
                 energy_never_grows,
+                energy_of_rods_never_grows,
                 energy_of_heaps_never_grows,
             ]
             closed_forms: [

@@ -8,6 +8,8 @@ struct Moving {
     inverse_mass: f32,
     // rad/s
     angular: vec3<f32>,
+    // 1 if it has contacts, or may come to touch something.
+    touched: u32,
     // Shift and turn since the substep's start, m and rad.
     shift: vec3<f32>,
     turn: vec3<f32>,

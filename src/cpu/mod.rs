@@ -5,6 +5,7 @@ pub mod broad_phase;
 pub mod contacts;
 pub mod elites;
 pub mod energy;
+pub mod integrate;
 pub mod moments;
 pub mod narrow_phase;
 pub mod place;

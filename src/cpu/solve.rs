@@ -11,6 +11,7 @@
 //! where both bodies are free.
 
 use super::contacts::{Contact, ContactSet, GROUND};
+use super::integrate::Turning;
 use super::narrow_phase::tangents;
 use crate::world::{
     Body, Pose, SimSettings, Velocity,
@@ -19,7 +20,7 @@ use crate::world::{
         PATCH_LOAD_RATE, PATCH_SWEEPS, POINT_LOAD_RATE, RELAXED_SPEED, RESTING_DEPTH,
     },
 };
-use glam::{Mat3, Quat, Vec3};
+use glam::{Mat3, Vec3};
 
 /// One scalar constraint between two bodies: the relative velocity of their touching points along `axis`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -93,6 +94,8 @@ struct Moving {
     turn: Vec3,
     inverse_mass: f32,
     inverse_inertia: Mat3,
+    /// True if it has contacts, or may come to touch something.
+    touched: bool,
 }
 
 /// Scratch of the solver of one candidate; the last entry of `bodies` is the ground.
@@ -210,6 +213,8 @@ impl Solver {
             let a = if patch.a == GROUND { ground } else { patch.a };
             let b = patch.b;
             let points = contacts.points_of(patch);
+            self.bodies[a as usize].touched = true;
+            self.bodies[b as usize].touched = true;
             let center = center_of_pressure(points);
             let arms = |point: Vec3| (point - origin(a), point - origin(b));
             let [u, v] = tangents(patch.normal);
@@ -366,22 +371,22 @@ impl Solver {
         }
     }
 
-    /// Writes the substep's motion into the poses. Angular momentum, not angular velocity, is carried over to the new
-    /// orientation; the turn is corrected to the mean of both velocities (Heun), or a tumbling body would gain energy.
+    /// Writes the substep's motion into the poses.
     fn integrate(&mut self, bodies: &[Body], poses: &mut [Pose], dt: f32) {
         for ((moving, body), pose) in self.bodies.iter_mut().zip(bodies).zip(poses) {
             if body.is_static() {
                 continue;
             }
-            let old = pose.rotation;
-            let spin = moving.velocity.angular;
-            let momentum = old * ((old.conjugate() * spin) / body.inverse_inertia);
-            let turned = |turn: Vec3| (Quat::from_scaled_axis(turn) * old).normalize();
-            let spin_at = |rotation: Quat| rotation * ((rotation.conjugate() * momentum) * body.inverse_inertia);
-            let ahead = spin_at(turned(moving.turn));
-            let new = turned(moving.turn + 0.5 * dt * (ahead - spin));
-            *pose = Pose::new(new, pose.translation + moving.shift);
-            moving.velocity.angular = spin_at(new);
+            let turning = Turning {
+                inverse_inertia: body.inverse_inertia,
+                old: pose.rotation,
+                spin: moving.velocity.angular,
+                turn: moving.turn,
+                touched: moving.touched,
+            };
+            let (rotation, spin) = turning.end(dt);
+            *pose = Pose::new(rotation, pose.translation + moving.shift);
+            moving.velocity.angular = spin;
         }
     }
 }

@@ -398,7 +398,8 @@ pub struct Moving {
     pub inverse_mass: f32,
     /// rad/s
     pub angular: Vec3,
-    pad0: u32,
+    /// 1 if it has contacts, or may come to touch something.
+    pub touched: u32,
     /// Since the substep's start, m.
     pub shift: Vec3,
     pad1: u32,

@@ -25,6 +25,10 @@ pub const COPLANAR_COSINE: f32 = 0.999;
 /// Smallest principal moment of inertia, as a share of the largest: a needle would spin without bound in f32.
 pub const MIN_INERTIA_RATIO: f32 = 1e-3;
 
+/// Largest principal moment of inertia over the smallest above which a body counts as slender (a box of 4 : 1 : 1): its
+/// spin is carried over in its own frame.
+pub const SLENDER_INERTIA_RATIO: f32 = 8.0;
+
 /// Largest distance to which the contact margin grows with speed, m: fast bodies see their contacts one step ahead.
 pub const MAX_SPECULATIVE_MARGIN: f32 = 0.1;
 
