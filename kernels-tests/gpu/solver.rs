@@ -52,7 +52,7 @@ impl Value for GpuContact {
     }
 }
 
-/// A stack, a block on a slope, three bodies in mid-air that overlap or are about to, and a table.
+/// A stack, a block on a slope, three bodies in mid-air that overlap or are about to, a table, and rods.
 fn world() -> World {
     let mut scenario = Scenario::default();
     for level in 0..3 {
@@ -67,14 +67,10 @@ fn world() -> World {
         scenario.body(vec![truncated_cube(0.1)], 1.0, Vec3::splat(0.007), Pose::new(tilt, Vec3::new(x, 2.0, 3.0)));
     }
     scenario.table(8.0);
-    for x in [0.0, 1.0] {
-        scenario.cuboid(
-            Vec3::new(0.01, 0.3, 0.01),
-            0.2,
-            Vec3::new(x, 0.31 + 3.0 * x, -3.0),
-            Quat::from_rotation_x(0.2),
-        );
-    }
+    // A slender rod on the ground, and one in mid-air.
+    let rod = Vec3::new(0.01, 0.01, 0.3);
+    scenario.cuboid(rod, 0.2, Vec3::new(0.0, 0.01, -3.0), Quat::from_rotation_y(0.2));
+    scenario.cuboid(rod, 0.2, Vec3::new(1.0, 3.0, -3.0), Quat::from_rotation_x(0.2));
     scenario.world()
 }
 
