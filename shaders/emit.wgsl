@@ -57,7 +57,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         old_end = min(old_starts[index + 1u].x, old_count);
     }
     // Old points that have handed over their impulse, eight bits an old patch: it must not be counted twice.
-    var used = 0u;
+    var used = vec2(0u);
     var number = merged[index].first;
     var point = start.y;
     for (var k = 0u; k < MAX_PATCHES; k++) {
@@ -95,10 +95,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             var least = MATCH_DISTANCE * MATCH_DISTANCE;
             for (var j = 0u; j < old_size; j++) {
                 let bit = 8u * (matching - old_first) + j;
+                let word = select(used.x, used.y, bit >= 32u);
                 let old = old_contacts[old_point + j];
                 // A body that slides keeps its point in one of the two frames.
                 let apart = min(distance_squared(old.anchor_a, anchor_a), distance_squared(old.anchor_b, anchor_b));
-                if (apart < least && extractBits(used, bit, 1u) == 0u) {
+                if (apart < least && extractBits(word, bit & 31u, 1u) == 0u) {
                     nearest = j;
                     least = apart;
                 }
@@ -108,7 +109,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             if (nearest != NONE) {
                 impulse = old_contacts[old_point + nearest].impulse;
                 load = old_contacts[old_point + nearest].load;
-                used |= 1u << (8u * (matching - old_first) + nearest);
+                let bit = 8u * (matching - old_first) + nearest;
+                used |= vec2(select(1u, 0u, bit >= 32u), select(0u, 1u, bit >= 32u)) << vec2(bit & 31u);
             }
             let own = manifolds[merged_points[number + i] / MAX_MANIFOLD_POINTS].normal;
             contacts[row + point + i] =

@@ -20,9 +20,62 @@
 @group(0) @binding(6) var<storage, read_write> merged: array<Merged>;
 @group(0) @binding(7) var<storage, read_write> merged_points: array<u32>;
 
-const USED: u32 = 0xffffffffu;
+const NONE: u32 = 0xffffffffu;
 
 var<private> gathered: array<u32, MAX_GATHERED_POINTS>;
+
+// The patch that each of them is part of.
+var<private> owners: array<u32, MAX_GATHERED_POINTS>;
+
+// Normal and separation of each patch's deepest point.
+var<private> seeds: array<vec4<f32>, MAX_PATCHES>;
+
+fn normal_of(number: u32) -> vec3<f32> {
+    return manifolds[number / MAX_MANIFOLD_POINTS].normal;
+}
+
+// Finds the patches of the first `count` points, the deepest first, and shares the points out: to the first patch that
+// looks about their way, or when there can be no more patches, to the one that looks most their way.
+fn find_seeds(count: u32) -> u32 {
+    for (var i = 0u; i < count; i++) {
+        owners[i] = NONE;
+    }
+    var patches = 0u;
+    for (var k = 0u; k < MAX_PATCHES; k++) {
+        var deepest = NONE;
+        var depth = -LOWEST;
+        for (var i = 0u; i < count; i++) {
+            if (owners[i] == NONE && manifold_points[gathered[i]].separation < depth) {
+                deepest = gathered[i];
+                depth = manifold_points[deepest].separation;
+            }
+        }
+        if (deepest == NONE) {
+            break;
+        }
+        let normal = normal_of(deepest);
+        seeds[k] = vec4(normal, depth);
+        patches = k + 1u;
+        for (var i = 0u; i < count; i++) {
+            let joins = owners[i] == NONE && dot(normal_of(gathered[i]), normal) >= PATCH_COSINE;
+            owners[i] = select(owners[i], k, joins);
+        }
+    }
+    for (var i = 0u; i < count; i++) {
+        if (owners[i] != NONE) {
+            continue;
+        }
+        let normal = normal_of(gathered[i]);
+        var most = JOINING_COSINE;
+        for (var k = 0u; k < patches; k++) {
+            let aligned = dot(normal, seeds[k].xyz);
+            let nearer = aligned > most || (aligned == most && owners[i] == NONE);
+            owners[i] = select(owners[i], k, nearer);
+            most = select(most, aligned, nearer);
+        }
+    }
+    return patches;
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
@@ -56,28 +109,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             var kept: array<u32, MAX_PATCHES * MAX_MANIFOLD_POINTS>;
             var kept_count = 0u;
             sizes = 0u;
-            for (var k = 0u; k < MAX_PATCHES; k++) {
-                var deepest = USED;
-                var depth = -LOWEST;
-                for (var i = 0u; i < count; i++) {
-                    if (gathered[i] != USED && manifold_points[gathered[i]].separation < depth) {
-                        deepest = gathered[i];
-                        depth = manifold_points[deepest].separation;
-                    }
-                }
-                if (deepest == USED) {
-                    break;
-                }
-                let normal = manifolds[deepest / MAX_MANIFOLD_POINTS].normal;
+            let patches = find_seeds(count);
+            for (var k = 0u; k < patches; k++) {
+                let normal = seeds[k].xyz;
                 let u = tangent(normal);
                 let v = cross(normal, u);
                 var extremes = no_extremes();
                 for (var i = 0u; i < count; i++) {
-                    let number = gathered[i];
-                    if (number != USED && dot(manifolds[number / MAX_MANIFOLD_POINTS].normal, normal) >= PATCH_COSINE) {
-                        let p = manifold_points[number];
-                        offer(&extremes, vec2(dot(u, p.on_b), dot(v, p.on_b)), p.separation - depth, number);
-                        gathered[i] = USED;
+                    if (owners[i] == k) {
+                        let p = manifold_points[gathered[i]];
+                        offer(&extremes, vec2(dot(u, p.on_b), dot(v, p.on_b)), p.separation - seeds[k].w, gathered[i]);
                     }
                 }
                 var positions: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
@@ -92,7 +133,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
                     }
                 }
                 kept_count += taken;
-                sizes = insertBits(sizes, taken, 8u * k, 8u);
+                sizes = insertBits(sizes, taken, 4u * k, 4u);
             }
             count = kept_count;
             for (var i = 0u; i < count; i++) {

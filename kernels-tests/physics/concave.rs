@@ -20,7 +20,39 @@ fn stays_inside(
             assert!(room(body, local), "{name}: body {body} has left at step {step}, to {local}");
         }
     }
-    measured(&format!("{name}: speed at the end, m/s"), super::peak_speed(&states[states.len() - 1..]), 0);
+    let speed = super::peak_speed(&states[states.len() - 1..]);
+    measured(&format!("{name}: speed at the end, m/s"), speed, 0);
+    assert!(speed < 2e-3, "{name}: {speed} m/s at the end");
+}
+
+/// A cone rests on all of the ring at once: more directions than a body pair has patches.
+pub fn a_cone_stays_in_its_ring(backend: &dyn Backend) {
+    const SIDES: usize = 16;
+    const SLOPE: f32 = 0.105;
+    const GAP: f32 = 5e-4;
+    for settings in both(backend, 300) {
+        let radius = |height: f32| 0.1 + SLOPE * height;
+        let mut s = Scenario::default();
+        let hole = [radius(-0.05), radius(0.05)];
+        s.fixed(
+            ring([hole[0], hole[0] + 0.03], [hole[1], hole[1] + 0.03], [0.15, 0.25], SIDES),
+            Vec3::ZERO,
+            Quat::IDENTITY,
+        );
+        let corner = |i: usize, height: f32| {
+            let (sin, cos) = (std::f32::consts::TAU * i as f32 / SIDES as f32).sin_cos();
+            Vec3::new(radius(height) * cos, height, radius(height) * sin)
+        };
+        let cone = (0..SIDES).flat_map(|i| [corner(i, -0.08), corner(i, 0.08)]).collect();
+        let start = Pose::new(Quat::IDENTITY, Vec3::Y * (0.2 + GAP / SLOPE));
+        let cone = s.body(vec![cone], 1.0, box_inertia(1.0, Vec3::splat(0.09)), start);
+        let states = run(backend, &s.world(), &settings);
+        let sunk = 0.2 - states.last().unwrap().0[cone].translation.y;
+        let speed = super::peak_speed(&states[states.len() - 60..]);
+        measured("a cone in a ring has sunk by, m", sunk, 0);
+        assert!(sunk < 5e-3, "the cone has sunk by {sunk} m");
+        assert!(speed < 5e-3, "the cone moves at {speed} m/s");
+    }
 }
 
 pub fn a_bowl_holds_its_fruit(backend: &dyn Backend) {

@@ -108,6 +108,7 @@ macro_rules! physics_suite {
             ]
             concave: [
                 a_bowl_holds_its_fruit,
+                a_cone_stays_in_its_ring,
                 a_shelf_holds_its_books,
                 a_drawer_holds_its_things,
             ]

@@ -7,7 +7,7 @@
 use super::narrow_phase::{ManifoldPoint, reduce};
 use crate::world::{
     Pose,
-    constants::{MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES, PATCH_COSINE},
+    constants::{JOINING_COSINE, MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES, PATCH_COSINE},
 };
 use glam::Vec3;
 
@@ -153,7 +153,22 @@ pub struct Gatherer {
     points: Vec<Gathered>,
     merged: Vec<Gathered>,
     patch: Vec<Gathered>,
+    seeds: Vec<Gathered>,
     ends: Vec<usize>,
+}
+
+/// True if a point looks about the way of a patch's deepest point.
+fn belongs(point: &Gathered, seed: &Gathered) -> bool {
+    point.normal.dot(seed.normal) >= PATCH_COSINE
+}
+
+/// Number of the patch that a point is part of: the first that it belongs to, or else the best aligned.
+fn owner(point: &Gathered, seeds: &[Gathered]) -> Option<usize> {
+    let aligned = |seed: &Gathered| point.normal.dot(seed.normal);
+    seeds.iter().position(|seed| belongs(point, seed)).or_else(|| {
+        let nearest = seeds.iter().enumerate().rev().max_by(|(_, p), (_, q)| aligned(p).total_cmp(&aligned(q)));
+        nearest.filter(|(_, seed)| aligned(seed) >= JOINING_COSINE).map(|(number, _)| number)
+    })
 }
 
 impl Gatherer {
@@ -172,19 +187,23 @@ impl Gatherer {
     }
 
     /// Merges to at most `MAX_PATCHES` patches of at most `MAX_MANIFOLD_POINTS` points, the deepest first; empties
-    /// the list.
+    /// the list. A patch is what looks about the way of its deepest point; when there can be no more patches, what is left
+    /// joins the one that looks most its way.
     pub fn merge(&mut self) {
         self.merged.clear();
         self.ends.clear();
-        while self.ends.len() < MAX_PATCHES {
+        self.seeds.clear();
+        while self.seeds.len() < MAX_PATCHES {
+            let free = self.points.iter().filter(|p| self.seeds.iter().all(|seed| !belongs(p, seed)));
             let depth = |p: &Gathered| p.point.separation;
-            let Some(deepest) = self.points.iter().copied().min_by(|p, q| depth(p).total_cmp(&depth(q))) else { break };
-            let belongs = |p: &Gathered| p.normal.dot(deepest.normal) >= PATCH_COSINE;
+            let Some(deepest) = free.min_by(|p, q| depth(p).total_cmp(&depth(q))) else { break };
+            self.seeds.push(*deepest);
+        }
+        for (number, seed) in self.seeds.iter().enumerate() {
             self.patch.clear();
-            self.patch.extend(self.points.iter().filter(|p| belongs(p)));
-            self.points.retain(|p| !belongs(p));
+            self.patch.extend(self.points.iter().filter(|p| owner(p, &self.seeds) == Some(number)));
             let offered = |i: usize| (self.patch[i].point.on_b, self.patch[i].point.separation);
-            let kept = reduce(self.patch.len(), offered, deepest.normal);
+            let kept = reduce(self.patch.len(), offered, seed.normal);
             self.merged.extend(kept.indices().iter().map(|&i| self.patch[i as usize]));
             self.ends.push(self.merged.len());
         }

@@ -50,14 +50,17 @@ pub const BEARING_HEIGHT: f32 = LINEAR_SLOP;
 /// them a thin plate that falls on a corner swings through what it falls on.
 pub const LANDING_PENALTY: f32 = 1.0;
 
-/// Directions of contact kept per body pair.
-pub const MAX_PATCHES: usize = 4;
+/// Patches kept per body pair. With fewer than six or so, a cone slips through the ring that holds it.
+pub const MAX_PATCHES: usize = 8;
 
 /// Smallest cosine between the normals of one patch (about 15°).
 pub const PATCH_COSINE: f32 = 0.966;
 
+/// Smallest cosine between the normal of a patch and a point that joins it because there are no more patches (45°).
+pub const JOINING_COSINE: f32 = 0.707;
+
 /// Contact points gathered per body pair before they are merged; the list is merged whenever it is full.
-pub const MAX_GATHERED_POINTS: usize = 64;
+pub const MAX_GATHERED_POINTS: usize = 128;
 
 /// An old contact point hands its impulse to a new one within this distance on either body, m.
 pub const MATCH_DISTANCE: f32 = 0.01;
