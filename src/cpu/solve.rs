@@ -16,8 +16,9 @@ use super::narrow_phase::tangents;
 use crate::world::{
     Body, Pose, SimSettings, Velocity,
     constants::{
-        ARM_TOLERANCE, CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, MAX_RELAXING_SWEEPS,
-        PATCH_LOAD_RATE, PATCH_SWEEPS, POINT_LOAD_RATE, RELAXED_SPEED, RESTING_DEPTH,
+        ARM_TOLERANCE, CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, DEEP_PUSH_OUT_RATE,
+        MAX_RELAXING_SWEEPS, PATCH_LOAD_RATE, PATCH_SWEEPS, POINT_LOAD_RATE, RELAXED_SPEED, RESTING_DEPTH,
+        TOUCHING_DEPTH,
     },
 };
 use glam::{Mat3, Vec3};
@@ -123,6 +124,11 @@ impl Softness {
         let a2 = h * omega * a1;
         let a3 = 1.0 / (1.0 + a2);
         Self { bias_rate: omega / a1, mass_scale: a2 * a3, impulse_scale: a3 }
+    }
+
+    /// Speed at which two surfaces are to come closer, m/s: deep overlap is left faster.
+    fn push_out(&self, separation: f32) -> f32 {
+        self.bias_rate * (separation + RESTING_DEPTH) + DEEP_PUSH_OUT_RATE * (separation + TOUCHING_DEPTH).min(0.0)
     }
 }
 
@@ -322,7 +328,7 @@ impl Solver {
                     if let Some(soft) = soft
                         && separation <= 0.0
                     {
-                        bias = (soft.bias_rate * (separation + RESTING_DEPTH)).max(-settings.max_push_out);
+                        bias = soft.push_out(separation).max(-settings.max_push_out);
                         stiffness = soft.mass_scale;
                         leak = soft.impulse_scale;
                     }

@@ -79,6 +79,10 @@ pub const CONTACT_FREQUENCY_SHARE: f32 = 1.0 / 6.0;
 /// and so that towers do not sway. Above about 35 push-out leaves energy in bodies that tumble.
 pub const CONTACT_DAMPING_RATIO: f32 = 30.0;
 
+/// How much faster what is deeper than `TOUCHING_DEPTH` is pushed out, as a share of the rest a second, 1/s. The spring alone
+/// would take seconds to part a heap of things that begin inside one another.
+pub const DEEP_PUSH_OUT_RATE: f32 = 24.0;
+
 /// How fast the springs of a patch take over the load that the patch carries, 1/s. Slower leaves heavy things sagging for
 /// longer; faster loses the springs' damping, and heavy things on light ones bounce.
 pub const PATCH_LOAD_RATE: f32 = 4.0;
