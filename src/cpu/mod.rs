@@ -2,12 +2,14 @@
 
 pub mod best;
 pub mod broad_phase;
+pub mod clock;
 pub mod contacts;
 pub mod elites;
 pub mod energy;
 pub mod moments;
 pub mod narrow_phase;
 pub mod place;
+mod rollouts;
 pub mod sample;
 pub mod search;
 mod simulate;
@@ -18,7 +20,8 @@ pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
 
 use crate::world::{
-    Backend, BackendError, Flow, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
+    Backend, BackendError, Flow, KernelTime, OnStep, Pose, Rollouts, Search, SearchSettings, SimSettings, Status,
+    Stream, Velocity, World,
 };
 use narrow_phase::Separator;
 use rayon::prelude::*;
@@ -69,6 +72,19 @@ impl Backend for CpuBackend {
             }
         }
         Ok(candidates.iter().map(|workspace| workspace.status).collect())
+    }
+
+    fn rollouts(&self, world: &World, settings: &SimSettings, starts: &[Pose]) -> Result<Rollouts, BackendError> {
+        Ok(rollouts::rollouts(world, settings, starts))
+    }
+
+    fn kernel_times(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[Pose],
+    ) -> Result<Vec<KernelTime>, BackendError> {
+        Ok(rollouts::kernel_times(world, settings, starts))
     }
 
     fn search<'a>(
