@@ -73,3 +73,39 @@ fn rollout(
     }
     contacts
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::cpu::CpuBackend;
+    use crate::world::{Backend, BodyDef, Flow};
+    use glam::{Quat, Vec3};
+
+    /// Two bricks, the upper one in the air, from 50 heights.
+    #[test]
+    fn rollouts_end_where_simulations_end_and_count_contacts() {
+        let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 0.2 - 0.1;
+        let bodies = [0.1, 0.32].map(|y| {
+            let start = Pose::new(Quat::IDENTITY, Vec3::Y * y);
+            let parts = vec![(0..8).map(corner).collect()];
+            let unit = u32::from(y > 0.2);
+            BodyDef { parts, mass: 1.0, inertia: Vec3::splat(0.0067), unit, start, reference: start }
+        });
+        let world = World::new(&bodies, &[0, 1]);
+        let mut starts = world.start.repeat(50);
+        (starts.iter_mut().zip(0u8..)).for_each(|(pose, i)| *pose = pose.raised(0.0001 * f32::from(i)));
+        let settings = SimSettings { steps: 30, ..Default::default() };
+        let mut settled = Vec::new();
+        let statuses = CpuBackend
+            .simulate(&world, &settings, &starts, &mut |_, poses, _| {
+                settled = poses.to_vec();
+                Flow::Continue
+            })
+            .unwrap();
+        let rollouts = rollouts(&world, &settings, &starts);
+        assert_eq!((&rollouts.settled, &rollouts.statuses), (&settled, &statuses));
+        let contacts = rollouts.contacts_per_substep.unwrap();
+        assert!((4.0..=8.0).contains(&contacts), "four points below each brick: {contacts}");
+    }
+}
