@@ -3,6 +3,7 @@
 
 mod adapters;
 mod backend;
+mod bench;
 mod config;
 mod interrupt;
 mod optimize;
@@ -35,6 +36,7 @@ pub struct Cli {
 enum Command {
     Optimize(optimize::Args),
     Simulate(simulate::Args),
+    Bench(bench::Args),
     Adapters(adapters::Args),
 }
 
@@ -47,6 +49,7 @@ impl Cli {
         match &self.command {
             Command::Optimize(args) => optimize::run(args),
             Command::Simulate(args) => simulate::run(args),
+            Command::Bench(args) => bench::run(args),
             Command::Adapters(args) => adapters::run(args),
         }
     }
@@ -85,7 +88,10 @@ impl From<SceneError> for Failure {
 
 impl From<BackendError> for Failure {
     fn from(error: BackendError) -> Self {
-        Self::Other(error.to_string())
+        match error {
+            BackendError::Capacity(message) | BackendError::Unsupported(message) => Self::Input(message),
+            BackendError::Device(message) => Self::Other(message),
+        }
     }
 }
 
@@ -94,9 +100,6 @@ impl From<OptimizeError> for Failure {
         match error {
             OptimizeError::Config { .. } | OptimizeError::Checkpoint(_) | OptimizeError::Candidate(_) => {
                 Self::Input(error.to_string())
-            }
-            OptimizeError::Backend(BackendError::Capacity(message) | BackendError::Unsupported(message)) => {
-                Self::Input(message)
             }
             OptimizeError::Backend(error) => error.into(),
         }

@@ -2,6 +2,7 @@
 
 pub mod best;
 pub mod broad_phase;
+pub mod clock;
 pub mod contacts;
 pub mod elites;
 pub mod energy;
@@ -9,6 +10,7 @@ pub mod integrate;
 pub mod moments;
 pub mod narrow_phase;
 pub mod place;
+mod rollouts;
 pub mod sample;
 pub mod search;
 mod simulate;
@@ -19,8 +21,8 @@ pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
 
 use crate::world::{
-    Backend, BackendError, Flow, NarrowPhase, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream,
-    Velocity, World,
+    Backend, BackendError, Flow, KernelTime, NarrowPhase, OnStep, Pose, Rollouts, Search, SearchSettings, SimSettings,
+    Status, Stream, Velocity, World,
 };
 use narrow_phase::Separator;
 use rayon::prelude::*;
@@ -75,6 +77,19 @@ impl Backend for CpuBackend {
             }
         }
         Ok(candidates.iter().map(|workspace| workspace.status).collect())
+    }
+
+    fn rollouts(&self, world: &World, settings: &SimSettings, starts: &[Pose]) -> Result<Rollouts, BackendError> {
+        Ok(rollouts::rollouts(world, settings, starts))
+    }
+
+    fn kernel_times(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[Pose],
+    ) -> Result<Vec<KernelTime>, BackendError> {
+        Ok(rollouts::kernel_times(world, settings, starts))
     }
 
     fn search<'a>(

@@ -2,6 +2,7 @@
 
 use super::{
     broad_phase::{BroadPhase, HullPair},
+    clock::{Clock, Kernel},
     contacts::{ContactSet, GROUND, Gatherer},
     narrow_phase::{self, Manifold, PairCache, Separator, manifold, plane_hull},
     solve::Solver,
@@ -70,9 +71,15 @@ impl Workspace {
 
     /// Advances by one step of `dt`.
     pub fn step(&mut self, world: &World, settings: &SimSettings, narrow: &Separator) {
+        self.step_timed(world, settings, narrow, &mut ());
+    }
+
+    /// The same, and tells `clock` of every part.
+    pub fn step_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
         for _ in 0..settings.substeps.max(1) {
-            self.collide(world, settings, narrow);
+            self.collide_timed(world, settings, narrow, clock);
             self.solve(world, settings);
+            clock.lap(Kernel::Solve);
         }
         if self.poses.iter().any(|p| !p.is_finite()) || self.velocities.iter().any(|v| !v.is_finite()) {
             self.status.insert(Status::NOT_FINITE);
@@ -86,6 +93,10 @@ impl Workspace {
 
     /// Finds the contacts of the next substep.
     pub fn collide(&mut self, world: &World, settings: &SimSettings, narrow: &Separator) {
+        self.collide_timed(world, settings, narrow, &mut ());
+    }
+
+    fn collide_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
         let dt = settings.dt / settings.substeps.max(1) as f32;
         self.broad.update(world, &self.poses, &self.velocities, settings.contact_offset, dt);
         std::mem::swap(&mut self.pairs, &mut self.old_pairs);
@@ -94,6 +105,7 @@ impl Workspace {
         self.list_pairs(world, None);
         self.carry_caches();
         self.contacts.clear();
+        clock.lap(Kernel::BroadPhase);
         let mut old = 0;
         let mut next = 0;
         while next < self.pairs.len() {
@@ -107,12 +119,16 @@ impl Workspace {
                 let cache = &mut self.caches[next];
                 next += 1;
                 let hulls = narrow_phase::HullPair { tables: &world.hulls, hulls: [a, b], poses: [&pose_a, &pose_b] };
-                if let Some(found) = narrow.separation(&hulls, margin, cache) {
+                let found = narrow.separation(&hulls, margin, cache);
+                clock.lap(Kernel::NarrowPhase);
+                if let Some(found) = found {
                     manifold(&hulls, &found, margin, &mut self.manifold);
                     self.gatherer.add(self.manifold.normal, self.manifold.points());
+                    clock.lap(Kernel::Manifold);
                 }
             }
             self.emit(index, pair, &mut old);
+            clock.lap(Kernel::Contacts);
         }
         for (index, body) in world.bodies.iter().enumerate() {
             let margin = self.broad.ground_margin(index, settings.contact_offset);
@@ -125,7 +141,9 @@ impl Workspace {
                 plane_hull(&world.hulls, hull as u32, &self.poses[index], (Vec3::Y, 0.0), margin, out);
                 self.gatherer.add(out.normal, out.points());
             }
+            clock.lap(Kernel::Manifold);
             self.emit((world.pairs.len() + index) as u32, [GROUND, index as u32], &mut old);
+            clock.lap(Kernel::Contacts);
         }
         if self.contacts.points.len() as u32 > self.capacities.contacts {
             self.grow(Status::CONTACTS, self.contacts.points.len() as u32, world);

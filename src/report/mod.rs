@@ -1,14 +1,18 @@
 //! What a run leaves for people and their tools: the report, the energies as a table, the convex parts as files,
-//! the states of a simulation over time.
+//! the states of a simulation over time, tables and curves of measurements.
 
+mod chart;
 mod csv;
 mod document;
 mod parts;
 mod summary;
+mod table;
 mod trajectory;
 
+pub use chart::{Chart, svg};
 pub use csv::energy_csv;
 pub use document::{Report, Run};
 pub use parts::part_files;
 pub use summary::Summary;
+pub use table::aligned;
 pub use trajectory::Trajectory;

@@ -1,6 +1,8 @@
 //! What the optimizer may ask of a simulator, whichever processor it runs on.
 
-use super::{CemSettings, EnergyWeights, NarrowPhase, Pose, SimSettings, Status, Velocity, World};
+use super::{
+    CemSettings, EnergyWeights, KernelTime, NarrowPhase, Pose, Rollouts, SimSettings, Status, Velocity, World,
+};
 use serde::{Deserialize, Deserializer, Serialize};
 use thiserror::Error;
 
@@ -53,6 +55,27 @@ pub trait Backend: Send + Sync {
 
     /// Deepest overlap of every pair of `World::pairs` with one body a pose, m.
     fn overlaps(&self, world: &World, settings: &SimSettings, poses: &[Pose]) -> Result<Vec<f32>, BackendError>;
+
+    /// Simulates every candidate of `starts` from rest to its end, as fast as this backend can: what `bench` measures.
+    fn rollouts(&self, world: &World, settings: &SimSettings, starts: &[Pose]) -> Result<Rollouts, BackendError> {
+        let mut settled = starts.to_vec();
+        let statuses = self.simulate(world, settings, starts, &mut |_, poses, _| {
+            settled.copy_from_slice(poses);
+            Flow::Continue
+        })?;
+        Ok(Rollouts { settled, statuses, contacts_per_substep: None })
+    }
+
+    /// How long each kernel works for such rollouts, in the order of a substep; empty where that is not known. Takes no
+    /// longer than the rollouts themselves, and costs nothing otherwise.
+    fn kernel_times(
+        &self,
+        _world: &World,
+        _settings: &SimSettings,
+        _starts: &[Pose],
+    ) -> Result<Vec<KernelTime>, BackendError> {
+        Ok(Vec::new())
+    }
 
     /// Prepares a search over the world's units; nothing is allocated in its loop.
     fn search<'a>(

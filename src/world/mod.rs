@@ -8,6 +8,7 @@ mod body;
 pub mod constants;
 mod hulls;
 mod pose;
+mod rollouts;
 mod settings;
 mod status;
 
@@ -18,5 +19,6 @@ pub use backend::{
 pub use body::{Body, BodyDef, Capacities, STATIC, Unit, World};
 pub use hulls::{Edge, Face, Hull, HullTables};
 pub use pose::{Pose, Velocity, angle_between};
+pub use rollouts::{KernelTime, Rollouts};
 pub use settings::{CemSettings, EnergyWeights, NarrowPhase, PenetrationMode, SimSettings};
 pub use status::Status;
