@@ -3,6 +3,7 @@
 
 mod adapters;
 mod backend;
+mod canonicalize;
 mod config;
 mod interrupt;
 mod optimize;
@@ -35,6 +36,7 @@ pub struct Cli {
 enum Command {
     Optimize(optimize::Args),
     Simulate(simulate::Args),
+    Canonicalize(canonicalize::Args),
     Adapters(adapters::Args),
 }
 
@@ -47,6 +49,7 @@ impl Cli {
         match &self.command {
             Command::Optimize(args) => optimize::run(args),
             Command::Simulate(args) => simulate::run(args),
+            Command::Canonicalize(args) => canonicalize::run(args),
             Command::Adapters(args) => adapters::run(args),
         }
     }
