@@ -120,18 +120,28 @@ impl Grid {
     }
 }
 
-/// The solid stretches of a column, from its crossings (height, faces up): from a face that looks down to the next above
-/// it that looks up. What has no such partner is a sheet, and so are two faces back to back.
+/// The solid stretches of a column, from its crossings (height, faces up). Where as many faces look down as up, what is
+/// between is solid, parts within parts included; elsewhere, from a face that looks down to the next above it that looks
+/// up. What has no such partner is a sheet.
 fn solids(mut hits: Vec<(f64, bool)>) -> impl Iterator<Item = [f64; 2]> {
+    // Two faces back to back enclose nothing: the one that looks down comes first.
     hits.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut below = None;
-    hits.into_iter().map(move |(height, upward)| {
-        let solid = match below {
-            Some(low) if upward => [low, height],
-            _ => [height - SHEET, height],
-        };
-        below = (!upward).then_some(height);
-        solid
+    let closed = 2 * hits.iter().filter(|(_, upward)| *upward).count() == hits.len();
+    // Heights at which the column has entered solids that it has not left.
+    let mut entered: Vec<f64> = Vec::new();
+    hits.into_iter().map(move |(height, upward)| match (upward, entered.last().copied()) {
+        (true, Some(low)) => {
+            entered.pop();
+            [low, height]
+        }
+        (true, None) => [height - SHEET, height],
+        (false, _) => {
+            if !closed {
+                entered.clear();
+            }
+            entered.push(height);
+            [height - SHEET, height]
+        }
     })
 }
 
@@ -154,9 +164,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_board_is_solid_and_a_sheet_is_thin() {
-        let board: Vec<_> = solids(vec![(0.3, true), (0.2, false), (0.5, true)]).collect();
-        assert_eq!(board, [[0.2 - SHEET, 0.2], [0.2, 0.3], [0.5 - SHEET, 0.5]]);
+    fn boards_are_solid_and_sheets_are_thin() {
+        let solid = |hits: &[(f64, bool)]| joined(solids(hits.to_vec()));
+        assert_eq!(solid(&[(0.3, true), (0.2, false), (0.5, true)]), [[0.2 - SHEET, 0.3], [0.5 - SHEET, 0.5]]);
+        let nested = [(0.2, false), (0.25, false), (0.27, true), (0.3, true), (0.5, false), (0.6, true)];
+        assert_eq!(solid(&nested), [[0.2 - SHEET, 0.3], [0.5 - SHEET, 0.6]]);
+        // The undersides of two boards without their tops leave the room between them free.
+        assert_eq!(solid(&[(0.2, false), (0.5, false), (0.53, true)]), [[0.2 - SHEET, 0.2], [0.5 - SHEET, 0.53]]);
     }
 
     #[test]

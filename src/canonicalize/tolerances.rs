@@ -20,7 +20,7 @@ pub(super) const LEVEL: f64 = 0.02 * DEGREE;
 pub(super) const SPREAD: f64 = 3.0 * DEGREE;
 
 /// Two up axes farther apart than this hardly support each other, rad: the scale of the Cauchy weights.
-pub(super) const AGREEMENT: f64 = 6.0 * DEGREE;
+pub(super) const AGREEMENT: f64 = 4.0 * DEGREE;
 
 /// How uneven a reconstructed base is, m: over its length it makes the error of the base's direction.
 pub(super) const UNEVENNESS: f64 = 0.01;
@@ -29,7 +29,7 @@ pub(super) const UNEVENNESS: f64 = 0.01;
 pub(super) const BORNE_WEIGHT: f64 = 0.5;
 
 /// What the mesh's own axis counts for, in place of a base of known direction.
-pub(super) const AXIS_WEIGHT: f64 = 0.5;
+pub(super) const AXIS_WEIGHT: f64 = 0.8;
 
 /// A mesh's own +Y is upside down if it is nearer than this to straight down, rad.
 pub(super) const UPSIDE_DOWN: f64 = 30.0 * DEGREE;
