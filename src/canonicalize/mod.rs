@@ -75,11 +75,6 @@ impl<'a> Work<'a> {
         Self { scene, meshes, stances, centers, trusted, changes }
     }
 
-    /// True for an object that stands or lies freely on something.
-    fn rests(&self, i: usize) -> bool {
-        !self.scene.is_static(i) && self.scene.objects[i].relation != Relation::Attached
-    }
-
     fn on_ground(&self, i: usize) -> bool {
         matches!(self.scene.objects[i].parent, Parent::Root(Root::Ground | Root::GroundWall))
             && self.scene.objects[i].relation != Relation::Hanging
@@ -88,7 +83,7 @@ impl<'a> Work<'a> {
     fn vertical(&self) -> Vertical {
         let objects = self.scene.objects.iter().enumerate();
         let votes: Vec<_> = objects
-            .filter_map(|(i, object)| vertical::vote(object, &self.stances[i], self.rests(i), self.trusted))
+            .filter_map(|(i, object)| vertical::vote(object, &self.stances[i], self.held(i).is_none(), self.trusted))
             .collect();
         vertical::vertical(&votes)
     }
@@ -150,7 +145,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Why an object only follows, if it does.
+    /// Why an object only follows; none for what stands or lies on something.
     fn held(&self, i: usize) -> Option<&'static str> {
         let object = &self.scene.objects[i];
         match (object.movable, object.relation, object.parent) {
@@ -158,7 +153,8 @@ impl<'a> Work<'a> {
             (_, _, Parent::Root(Root::Wall)) => Some("on a wall"),
             (_, _, Parent::Root(Root::Ceiling)) => Some("on the ceiling"),
             (_, Relation::Hanging, _) => Some("hangs"),
-            (_, Relation::Attached, _) => Some("attached"),
+            // A radiator is fastened to the wall, but it stands on the ground.
+            (_, Relation::Attached, Parent::Object(_)) => Some("attached"),
             _ => None,
         }
     }
@@ -178,11 +174,8 @@ impl<'a> Work<'a> {
     fn set_heights(&mut self) {
         for i in self.bearers_first() {
             let (raise, why) = match (self.held(i), self.scene.objects[i].parent) {
-                // A radiator is fastened to the wall, but it stands on the ground.
-                (Some("attached"), Parent::Root(Root::Ground | Root::GroundWall)) | (None, Parent::Root(_)) => {
-                    (-self.surface(i).low.y, "stands on the ground".to_owned())
-                }
                 (Some(why), _) => (0.0, why.to_owned()),
+                (None, Parent::Root(_)) => (-self.surface(i).low.y, "stands on the ground".to_owned()),
                 (None, Parent::Object(bearer)) => self.rest(i, bearer),
             };
             self.changes[i].raised = raise;

@@ -4,7 +4,7 @@
 //! object's up, whatever frame the mesh was modelled in. The pole of something round makes one too, in any direction;
 //! it is told by its area, which grows with the height at which it is cut.
 
-use super::tolerances::{BASE_BAND, FLAT, MAX_BASES, MIN_MARGIN, ROUND_BAND, SAME_BASE, SPREAD, UNEVENNESS};
+use super::tolerances::{AGREEMENT, BASE_BAND, FLAT, MAX_BASES, MIN_MARGIN, ROUND_BAND, SAME_BASE, SPREAD, UNEVENNESS};
 use crate::shape::solid_hull;
 use glam::{DVec2, DVec3, Vec3};
 use std::cmp::Reverse;
@@ -59,15 +59,14 @@ pub(super) fn stances(vertices: &[Vec3]) -> (Vec<Stance>, DVec3) {
 
 /// The stance whose up is nearest to `up` (mesh frame) within `limit` (rad), large bases preferred.
 pub(super) fn nearest(stances: &[Stance], up: DVec3, limit: f64) -> Option<&Stance> {
-    let reachable =
-        stances.iter().map(|stance| (stance, stance.up.angle_between(up))).filter(|(_, lean)| *lean <= limit);
-    let score = |(stance, lean): &(&Stance, f64)| support(*lean) * stance.area.sqrt() * stance.flatness;
-    reachable.max_by(|a, b| score(a).total_cmp(&score(b))).map(|(stance, _)| stance)
+    let reachable = stances.iter().filter(|stance| stance.up.angle_between(up) <= limit);
+    let score = |stance: &Stance| support(stance.up, up) * stance.area.sqrt() * stance.flatness;
+    reachable.max_by(|a, b| score(a).total_cmp(&score(b)))
 }
 
-/// Cauchy's weight of a vote that is `angle` (rad) away.
-pub(super) fn support(angle: f64) -> f64 {
-    1.0 / (1.0 + (angle / super::tolerances::AGREEMENT).powi(2))
+/// Cauchy's weight of one direction for another, from 0 to 1.
+pub(super) fn support(of: DVec3, other: DVec3) -> f64 {
+    1.0 / (1.0 + of.distance_squared(other) / (AGREEMENT * AGREEMENT))
 }
 
 /// Outward normal and a corner of the largest faces, those of almost the same direction once.

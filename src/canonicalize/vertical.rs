@@ -52,23 +52,22 @@ pub(super) fn vote(object: &Object, stances: &[Stance], rests: bool, trusted: bo
 pub(super) fn vertical(votes: &[Vote]) -> Vertical {
     let mut up = consensus(votes);
     for _ in 0..ITERATIONS {
-        let sum: DVec3 = (votes.iter().map(|vote| vote.nearest(up)))
-            .map(|(axis, weight)| axis * weight * support(axis.angle_between(up)))
-            .sum();
+        let sum: DVec3 =
+            (votes.iter().map(|vote| vote.nearest(up))).map(|(axis, weight)| axis * weight * support(axis, up)).sum();
         up = sum.try_normalize().unwrap_or(up);
     }
-    let tilt = up.angle_between(DVec3::Y);
-    if tilt < MIN_TILT || tilt > MAX_TILT || is_level(votes) {
+    let found = up.angle_between(DVec3::Y);
+    let tilt = if found > MAX_TILT || is_level(votes) { 0.0 } else { found };
+    if tilt < MIN_TILT {
         up = DVec3::Y;
     }
-    let tilt = if tilt > MAX_TILT || is_level(votes) { 0.0 } else { tilt };
     Vertical { up, votes: votes.len(), spread: spread(votes, up), tilt }
 }
 
 impl Vote {
     /// The option that supports `up` most, with its weight.
     fn nearest(&self, up: DVec3) -> (DVec3, f64) {
-        let worth = |&(axis, weight): &(DVec3, f64)| weight * support(axis.angle_between(up));
+        let worth = |&(axis, weight): &(DVec3, f64)| weight * support(axis, up);
         self.options.iter().copied().max_by(|a, b| worth(a).total_cmp(&worth(b))).unwrap_or((up, 0.0))
     }
 }
@@ -81,7 +80,7 @@ fn consensus(votes: &[Vote]) -> DVec3 {
             continue;
         }
         let total: f64 = (votes.iter().map(|vote| vote.nearest(candidate)))
-            .map(|(axis, weight)| weight * support(axis.angle_between(candidate)))
+            .map(|(axis, weight)| weight * support(axis, candidate))
             .sum();
         if total > best.0 {
             best = (total, candidate);
