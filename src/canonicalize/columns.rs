@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn a_triangle_is_cut_where_it_is() {
         let triangle = [DVec3::new(0.0, 1.0, 0.0), DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 2.0, 0.0)];
-        let grid = Grid { origin: DVec2::splat(0.05), spacing: 0.1, size: [10, 10] };
+        let grid = Grid { origin: DVec2::splat(0.03), spacing: 0.1, size: [10, 10] };
         let mut heights = Vec::new();
         grid.cut(&triangle, |_, height, upward| {
             assert!(upward);

@@ -43,8 +43,8 @@ pub(super) const BASE_BAND: f64 = 0.01;
 /// The same for what a base would widen to if it were the pole of something round.
 pub(super) const ROUND_BAND: f64 = 0.05;
 
-/// A base is flat if its area is at least this share of the area that it widens to: 0.34 are round fruit, 0.49 plates.
-pub(super) const FLAT: f64 = 0.42;
+/// A base is flat if its area is at least this share of the area that it widens to: round fruit has up to 0.43, plates 0.49.
+pub(super) const FLAT: f64 = 0.46;
 
 /// The centre of mass lies at least this far within the edge of a base, m.
 pub(super) const MIN_MARGIN: f64 = 2e-3;
