@@ -1,10 +1,11 @@
 //! Turns a reconstructed 3D scene into one that stands still in a physics engine.
 //!
-//! The flow is one-way: `scene` (the document) → `shape` (convex parts and mass) → `world` (what a backend
-//! simulates) → `cpu`, `gpu` (the simulators) → `optimize` (the search) → `bench` (speed) → `report`. Nothing below
-//! `commands` prints.
+//! The flow is one-way: `scene` (the document) → `shape` (convex parts and mass) → `canonicalize` (what is up, where the
+//! ground is) → `world` (what a backend simulates) → `cpu`, `gpu` (the simulators) → `optimize` (the search) → `bench`
+//! (speed) → `report`. Nothing below `commands` prints.
 
 pub mod bench;
+pub mod canonicalize;
 pub mod cpu;
 pub mod files;
 pub mod gpu;

@@ -4,6 +4,7 @@
 mod adapters;
 mod backend;
 mod bench;
+mod canonicalize;
 mod config;
 mod interrupt;
 mod optimize;
@@ -37,6 +38,7 @@ enum Command {
     Optimize(optimize::Args),
     Simulate(simulate::Args),
     Bench(bench::Args),
+    Canonicalize(canonicalize::Args),
     Adapters(adapters::Args),
 }
 
@@ -50,6 +52,7 @@ impl Cli {
             Command::Optimize(args) => optimize::run(args),
             Command::Simulate(args) => simulate::run(args),
             Command::Bench(args) => bench::run(args),
+            Command::Canonicalize(args) => canonicalize::run(args),
             Command::Adapters(args) => adapters::run(args),
         }
     }

@@ -2,7 +2,8 @@
 
 use super::backend::BackendArgs;
 use super::progress::SearchProgress;
-use super::{Failure, config, interrupt, output, print_result, say, shapes};
+use super::{Failure, canonicalize, config, interrupt, output, print_result, say, shapes};
+use rest3d_gpu::canonicalize::Canonicalization;
 use rest3d_gpu::files::write_whole;
 use rest3d_gpu::optimize::{self, Checkpoint, Event, Observer, OptimizeError, Outcome};
 use rest3d_gpu::report::{Report, Run, energy_csv, part_files};
@@ -39,6 +40,9 @@ pub struct Args {
     /// Iterations per episode, in place of the configuration's
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
     iterations: Option<u32>,
+    /// Turn the scene upright and set its objects onto their supports first, as `canonicalize` does
+    #[arg(long)]
+    canonicalize: bool,
     /// Go on from the checkpoint that an interrupted run left in DIR
     #[arg(long)]
     resume: bool,
@@ -51,7 +55,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = config::load(&args.config, args.candidates, args.iterations)?;
     let backend = args.backend.open()?;
-    let scene = Scene::read(&args.scene)?;
+    let mut scene = Scene::read(&args.scene)?;
     for warning in &scene.warnings {
         say(format_args!("warning: {warning}"));
     }
@@ -63,6 +67,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::refuse_to_overwrite(&scene, &places)?;
     output::check_writable(&dir)?;
     let resume = if args.resume { read_checkpoint(&checkpoint)? } else { None };
+    let canonicalization = canonical(&mut scene, args.canonicalize)?;
     let clock = Instant::now();
     let shapes = shapes::make(&scene)?;
     let shape_seconds = clock.elapsed().as_secs_f64();
@@ -84,7 +89,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 
     let (input, processor) = (args.scene.display().to_string(), backend.describe());
-    let described = Run { input: &input, backend: &processor, seed: args.seed, shape_seconds };
+    let canonicalization = canonicalization.as_ref();
+    let described = Run { input: &input, backend: &processor, seed: args.seed, shape_seconds, canonicalization };
     let report = Report::new(described, &scene, &shapes, &config, &outcome);
     let files = files(&scene, &shapes, &outcome, &report, &dir)?;
     let earlier = output::earlier_parts(&dir);
@@ -102,6 +108,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     say(format_args!("result: {}", dir.display()));
     Ok(())
+}
+
+/// Makes the scene canonical if that is wanted, and otherwise tells what it would be good for.
+fn canonical(scene: &mut Scene, wanted: bool) -> Result<Option<Canonicalization>, Failure> {
+    if wanted {
+        let report = canonicalize::apply(scene)?;
+        say(format_args!("canonicalization:\n{report}"));
+        return Ok(Some(report));
+    }
+    if let Some(warning) = canonicalize::apply(&mut scene.clone())?.warning() {
+        say(format_args!("warning: {warning}; --canonicalize turns it upright onto the ground first"));
+    }
+    Ok(None)
 }
 
 /// All files of the result, as paths inside `dir`; `scene.json` refers to the others and so comes last.

@@ -8,8 +8,9 @@ use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::Shape;
 use rest3d_gpu::world::{Backend, Flow, IterationStats};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is read of report.json.
@@ -18,6 +19,34 @@ struct Report {
     seed: u64,
     config: Config,
     iterations: Vec<Iteration>,
+    /// There if the run made its scene canonical first.
+    canonicalization: Option<IgnoredAny>,
+}
+
+/// A finished run.
+pub struct Finished {
+    /// The report's file.
+    file: PathBuf,
+    report: Report,
+}
+
+impl Finished {
+    /// Reads what `optimize` left in `dir`.
+    pub fn read(dir: &Path) -> Result<Self, Failure> {
+        let file = dir.join("report.json");
+        let refuse = |problem: String| {
+            let file = file.display();
+            Failure::Input(format!("{file}: {problem}; --run takes the folder that `optimize` left"))
+        };
+        let text = fs::read_to_string(&file).map_err(|error| refuse(format!("cannot be read: {error}")))?;
+        let report = serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
+        Ok(Self { file, report })
+    }
+
+    /// True if it was run with `--canonicalize`.
+    pub fn was_canonicalized(&self) -> bool {
+        self.report.canonicalization.is_some()
+    }
 }
 
 #[derive(Deserialize)]
@@ -34,16 +63,8 @@ pub fn motion(
     rigs: &[Rig],
     backend: &dyn Backend,
     candidate: Candidate,
-    dir: &Path,
+    Finished { file, report }: &Finished,
 ) -> Result<Motion, Failure> {
-    let file = dir.join("report.json");
-    let refuse = |problem: String| {
-        let file = file.display();
-        Failure::Input(format!("{file}: {problem}; --run takes the folder that `optimize` left"))
-    };
-    let text = fs::read_to_string(&file).map_err(|error| refuse(format!("cannot be read: {error}")))?;
-    let report: Report = serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
-
     let stop = interrupt::watch()?;
     let mut watch = Watch { progress: SearchProgress::new(), stop: &stop };
     let found = optimize::replay(scene, shapes, backend, &report.config, report.seed, candidate, &mut watch);

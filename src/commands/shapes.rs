@@ -1,9 +1,11 @@
 //! Convex parts for every object of a scene, with progress.
 
 use super::{Failure, progress, say};
+use glam::Vec3;
+use rayon::prelude::*;
 use rest3d_gpu::optimize::shape_requests;
 use rest3d_gpu::scene::Scene;
-use rest3d_gpu::shape::{Cache, Shape, ShapeSettings, build_shapes};
+use rest3d_gpu::shape::{Cache, Mesh, Shape, ShapeSettings, build_shapes, scaled_mesh};
 use std::time::Instant;
 
 /// Makes or finds the shapes, in the scene's order.
@@ -26,4 +28,16 @@ pub fn make(scene: &Scene) -> Result<Vec<Shape>, Failure> {
     let seconds = clock.elapsed().as_secs_f64();
     say(format_args!("shapes: {} objects, {parts} convex parts, {seconds:.1} s", shapes.len()));
     Ok(shapes)
+}
+
+/// Reads the meshes, in the scene's order, scaled to metres.
+pub fn meshes(scene: &Scene) -> Result<Vec<Mesh>, Failure> {
+    let meshes: Result<Vec<Mesh>, _> = shape_requests(scene).par_iter().map(scaled_mesh).collect();
+    let meshes = meshes.map_err(|error| Failure::Input(format!("{}: {error}", scene.file.display())))?;
+    for (i, mesh) in meshes.iter().enumerate() {
+        let corners = || mesh.triangles.iter().flatten().map(|&i| mesh.vertices[i as usize]);
+        let (low, high) = (corners().fold(Vec3::INFINITY, Vec3::min), corners().fold(Vec3::NEG_INFINITY, Vec3::max));
+        scene.check_size(i, (high - low).max_element().into())?;
+    }
+    Ok(meshes)
 }

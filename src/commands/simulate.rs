@@ -1,7 +1,7 @@
 //! `simulate`: one forward simulation of a scene as it stands.
 
 use super::backend::BackendArgs;
-use super::{Failure, output, print_result, replay, say, shapes};
+use super::{Failure, canonicalize, output, print_result, replay, say, shapes};
 use rest3d_gpu::files::write_whole_with;
 use rest3d_gpu::optimize::{Candidate, Rig, standing};
 use rest3d_gpu::report::Trajectory;
@@ -54,10 +54,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::refuse_to_overwrite(&scene, slice::from_ref(file))?;
         output::check_writable(output::parent(file))?;
     }
+    let finished = args.run.as_deref().map(replay::Finished::read).transpose()?;
+    if finished.as_ref().is_some_and(replay::Finished::was_canonicalized) {
+        canonicalize::apply(&mut scene)?;
+    }
     let shapes = shapes::make(&scene)?;
     let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
-    let motion = match (&args.replay, &args.run) {
-        (Some(candidate), Some(dir)) => replay::motion(&mut scene, &shapes, &rigs, backend.as_ref(), *candidate, dir)?,
+    let motion = match (&args.replay, &finished) {
+        (Some(candidate), Some(run)) => replay::motion(&mut scene, &shapes, &rigs, backend.as_ref(), *candidate, run)?,
         _ => Motion::of_scene(&scene, &rigs),
     };
     let steps = args.steps.unwrap_or(motion.settings.steps);

@@ -1,6 +1,7 @@
 //! `report.json`: everything that a run can tell about its result.
 
 use super::Summary;
+use crate::canonicalize::Canonicalization;
 use crate::optimize::{Config, GroupRecord, IterationRecord, ObjectOutcome, Outcome};
 use crate::scene::Scene;
 use crate::shape::{Quality, Shape};
@@ -20,6 +21,9 @@ pub struct Run<'a> {
     /// Time that the convex parts took, s.
     #[serde(skip)]
     pub shape_seconds: f64,
+    /// What was done to the scene before, if it was made canonical; all distances count from there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub canonicalization: Option<&'a Canonicalization>,
 }
 
 /// The document. Lengths in m, angles in rad, times in s, unless a name says otherwise.

@@ -69,6 +69,11 @@ impl Frame {
         Wall { name, point: self.point(point), normal: self.direction(normal) }
     }
 
+    /// The file's height of a height above our ground, m.
+    pub fn height_back(&self, h: f64) -> f64 {
+        (h + self.lift()) / self.meters_per_unit
+    }
+
     /// A height of the file above our ground, m.
     pub fn height(&self, h: f64) -> f64 {
         h * self.meters_per_unit - self.lift()

@@ -100,7 +100,7 @@ pub struct Scene {
     pub file: PathBuf,
     /// In the file's order. Poses and convex parts may be changed; the rest stays as it was read.
     pub objects: Vec<Object>,
-    /// Walls and ceiling.
+    /// Walls and ceiling; their places may be changed.
     pub room: Room,
     /// What the user should know although the scene is valid.
     pub warnings: Vec<String>,
@@ -109,6 +109,8 @@ pub struct Scene {
     children: Vec<Vec<usize>>,
     /// Poses and convex parts as read: what still equals them is written back as it came.
     originals: Vec<(Pose, Vec<PathBuf>)>,
+    /// The room as read.
+    original_room: Room,
 }
 
 impl Scene {

@@ -140,6 +140,7 @@ fn from_document(file: &Path, document: &Value, warnings: Vec<String>) -> Result
     Ok(Scene {
         name: fields.text("name")?.map_or_else(|| folder_name(folder), str::to_owned),
         file: file.to_path_buf(),
+        original_room: room.clone(),
         room,
         warnings,
         document: document.clone(),

@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
 impl Scene {
-    /// The document as it came, with the poses and convex parts that changed, and paths that are valid from `dir`.
+    /// The document as it came, with the poses, room and convex parts that changed, and paths that are valid from `dir`.
     ///
     /// Frame, unknown fields, order of fields and the numbers of whatever did not change are kept. The same scene and
     /// folder give the same bytes. `dir` need not exist yet; poses have to be finite.
@@ -18,6 +18,9 @@ impl Scene {
         for ((entry, object), (pose, parts)) in entries.zip(&self.objects).zip(&self.originals) {
             self.write_pose(entry, object, pose);
             paths.write(entry, object, parts);
+        }
+        if let Some(room) = document.get_mut("room").and_then(Value::as_object_mut) {
+            self.write_room(room);
         }
         format!("{document:#}\n")
     }
@@ -47,6 +50,22 @@ impl Scene {
         if object.pose.rotation != original.rotation {
             let rotation = self.frame.rotation_back(object.pose.rotation);
             entry.insert("rotation_xyzw".to_owned(), rotation.to_array().to_vec().into());
+        }
+    }
+
+    fn write_room(&self, room: &mut Map<String, Value>) {
+        if let Some(ceiling) = self.room.ceiling.filter(|_| self.room.ceiling != self.original_room.ceiling) {
+            room.insert("ceiling".to_owned(), self.frame.height_back(ceiling).into());
+        }
+        let entries = room.get_mut("walls").and_then(Value::as_array_mut);
+        let entries = entries.into_iter().flatten().filter_map(Value::as_object_mut);
+        for ((entry, wall), original) in entries.zip(&self.room.walls).zip(&self.original_room.walls) {
+            if wall.point != original.point {
+                entry.insert("point".to_owned(), self.frame.point_back(wall.point).to_array().to_vec().into());
+            }
+            if wall.normal != original.normal {
+                entry.insert("normal".to_owned(), self.frame.direction_back(wall.normal).to_array().to_vec().into());
+            }
         }
     }
 

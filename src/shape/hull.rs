@@ -114,6 +114,12 @@ impl Hull {
     }
 }
 
+/// Corners and outward triangles of the convex hull of any points (m): flat ones are thickened, dense ones thinned. `None`
+/// without points.
+pub fn solid_hull(points: &[Vec3]) -> Option<(Vec<Vec3>, Vec<[u32; 3]>)> {
+    Hull::new(points).map(|hull| (hull.vertices, hull.triangles))
+}
+
 /// Lowest and highest corner of the box around `points`.
 pub(super) fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
     points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)))

@@ -23,6 +23,7 @@ mod split;
 pub use cache::{CACHE_VARIABLE, Cache};
 pub use category::{part_budget, typical_mass};
 pub use convex_hull::convex_hull;
+pub use hull::solid_hull;
 pub use mass::MassProperties;
 pub use measure::Quality;
 pub use mesh::{Mesh, MeshError, read_mesh};
@@ -267,6 +268,14 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
         quality: entry.quality,
         notes: entry.notes.into_iter().chain(warning).collect(),
     })
+}
+
+/// Reads the mesh of a request and scales it to metres.
+///
+/// # Errors
+/// A mesh that cannot be read, or whose scaled vertices are no plausible numbers.
+pub fn scaled_mesh(request: &ShapeRequest) -> Result<Mesh, ShapeError> {
+    read_scaled(request, "mesh", &request.mesh)
 }
 
 /// Reads a mesh and scales it to metres.
