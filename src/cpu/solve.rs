@@ -58,6 +58,8 @@ struct Normal {
     b: u32,
     row: Row,
     /// Separation at the substep's start less the rest offset, m.
+    start: f32,
+    /// The same now.
     separation: f32,
     /// Distance from the patch's centre, m: lever of its friction against twisting.
     lever: f32,
@@ -153,6 +155,7 @@ impl Solver {
             self.sweep_normals(settings, h, Some(soft));
             self.advance(h);
             self.follow();
+            self.measure();
             for _ in 0..MAX_RELAXING_SWEEPS {
                 self.sweep_friction(settings.friction);
                 if self.sweep_normals(settings, h, None) < RELAXED_SPEED {
@@ -239,6 +242,7 @@ impl Solver {
                     a,
                     b,
                     row: self.row(a, b, arms(contact.point), contact.normal),
+                    start: contact.separation - settings.rest_offset,
                     separation: contact.separation - settings.rest_offset,
                     lever: contact.point.distance(center),
                     impulse: contact.impulse,
@@ -317,13 +321,12 @@ impl Solver {
     fn sweep_normals(&mut self, settings: &SimSettings, h: f32, soft: Option<Softness>) -> f32 {
         let mut largest = 0.0f32;
         for f in &self.frictions {
-            let (body_a, body_b) = (&self.bodies[f.a as usize], &self.bodies[f.b as usize]);
             let mut pair = Velocities::of(&self.bodies, f.a, f.b);
             let points = &mut self.normals[f.first as usize..][..f.count as usize];
             for sweep in 0..PATCH_SWEEPS {
                 for k in 0..points.len() {
                     let n = &mut points[turn_of(k, sweep, points.len())];
-                    let separation = n.separation + moved(&n.row, body_a, body_b);
+                    let separation = n.separation;
                     let (mut bias, mut stiffness, mut leak) = (separation.max(0.0) / h, 1.0, 0.0);
                     if let Some(soft) = soft
                         && separation <= 0.0
@@ -355,6 +358,13 @@ impl Solver {
         for moving in &mut self.bodies {
             moving.shift += h * moving.velocity.linear;
             moving.turn += h * moving.velocity.angular;
+        }
+    }
+
+    /// Separations where the bodies are now.
+    fn measure(&mut self) {
+        for n in &mut self.normals {
+            n.separation = n.start + moved(&n.row, &self.bodies[n.a as usize], &self.bodies[n.b as usize]);
         }
     }
 
