@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 mod common;
 
 fn step(c: &mut Criterion) {
-    let world = common::subject().world();
+    let world = common::subject(env!("CARGO_MANIFEST_DIR")).world();
     let settings = SimSettings::default();
     let narrow = Separator::new(settings.narrow_phase, &world.hulls);
     let placed = starts(&world, 1, 0);

@@ -7,8 +7,8 @@ use rest3d_gpu::shape::{Cache, ShapeSettings, build_shapes};
 use std::path::Path;
 
 /// The throughput scene beside the project or, where that is absent, the shipped one.
-pub fn subject() -> Subject {
-    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+pub fn subject(project: &str) -> Subject {
+    let project = Path::new(project);
     let mut folder = project.join("../shared/scenes/bench12");
     if !folder.is_dir() {
         eprintln!("shared/scenes/bench12 is not there: scenes/study instead, numbers are not those of the docs");

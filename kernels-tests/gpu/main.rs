@@ -75,10 +75,12 @@ fn main() -> ExitCode {
         device::TESTS,
         whole::TESTS,
     ];
-    let trials = modules.into_iter().flatten().map(|&(name, test)| {
+    let alone = modules.into_iter().flatten().map(|test| (test, absent));
+    let shared = whole::SHARED_TESTS.iter().map(|test| (test, absent || !cfg!(shared_files)));
+    let trials = alone.chain(shared).map(|(&(name, test), ignored)| {
         let opened = Arc::clone(&opened);
         let run = move || test(opened.as_ref().as_ref().map_err(|error| error.to_string())?);
-        Trial::test(name, run).with_ignored_flag(absent)
+        Trial::test(name, run).with_ignored_flag(ignored)
     });
     let bodies = physics::physics_suite!(list_tests());
     let suite = bodies.into_iter().map(|(name, body)| {

@@ -15,6 +15,7 @@ use rest3d_gpu::shape::convex_hull;
 use rest3d_gpu::world::{Backend, Pose, Rollouts, STATIC, SimSettings, Status, World};
 use std::time::Instant;
 
+#[path = "../../common/mod.rs"]
 mod common;
 
 /// Candidates of a run, and runs of each engine, in turn, so that other work on the machine meets all of them.
@@ -22,13 +23,11 @@ const CANDIDATES: u32 = 256;
 const RUNS: usize = 5;
 
 fn main() {
-    // Without `--bench` this is a test: it only has to work.
-    let measured = std::env::args().any(|argument| argument == "--bench");
-    let (candidates, runs) = if measured { (CANDIDATES, RUNS) } else { (2, 1) };
-    let subject = common::subject();
+    
+    let subject = common::subject(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let world = subject.world();
     let settings = SimSettings::default();
-    let starts = starts(&world, candidates, 0);
+    let starts = starts(&world, CANDIDATES, 0);
     let [compound, separate] = [true, false].map(|compound| Template::new(&subject, &settings, compound));
     let engines: [(&str, &dyn Fn() -> Rollouts); 3] = [
         ("rest3d-gpu", &|| CpuBackend.rollouts(&world, &settings, &starts).expect("rollouts")),
@@ -37,7 +36,7 @@ fn main() {
     ];
     let mut seconds = vec![Vec::new(); engines.len()];
     let mut drifts = vec![None; engines.len()];
-    for run in 0..=runs {
+    for run in 0..=RUNS {
         for (i, (_, engine)) in engines.iter().enumerate() {
             let clock = Instant::now();
             let rollouts = engine();
@@ -48,14 +47,14 @@ fn main() {
             drifts[i] = mean_drift(&world, &starts, &rollouts);
         }
     }
-    let speeds: Vec<f64> = seconds.iter_mut().map(|seconds| f64::from(candidates) / median(seconds)).collect();
+    let speeds: Vec<f64> = seconds.iter_mut().map(|seconds| f64::from(CANDIDATES) / median(seconds)).collect();
     let mut rows = vec![["", "candidates/s", "to ours", "mean drift, mm"].map(String::from).to_vec()];
     for (i, (name, _)) in engines.iter().enumerate() {
         let drift = drifts[i].map_or("-".into(), |drift| format!("{:.1}", 1e3 * drift));
         rows.push(vec![(*name).into(), format!("{:.1}", speeds[i]), format!("{:.2}", speeds[i] / speeds[0]), drift]);
     }
     let (steps, substeps) = (settings.steps, settings.substeps);
-    println!("{candidates} candidates, {steps} steps of {substeps}, {} threads", rayon::current_num_threads());
+    println!("{CANDIDATES} candidates, {steps} steps of {substeps}, {} threads", rayon::current_num_threads());
     println!("{}", aligned(&rows));
 }
 
