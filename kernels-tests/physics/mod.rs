@@ -102,6 +102,7 @@ macro_rules! physics_suite {
             ]
             bad_starts: [
                 overlap_is_pushed_apart_gently,
+                five_in_one_place_come_apart,
                 what_is_swallowed_comes_out,
                 a_plate_inside_a_table_top_comes_out,
                 touching_hulls_are_not_missed,
