@@ -1,10 +1,11 @@
 //! Files that are either there whole or not at all.
 
+use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// Replaces or creates a file in one step: the bytes go to a temporary file in the same folder, which takes the name
-/// once they are on the disk. A reader, a full disk or a power cut never meets half a file.
+/// Replaces or creates a file in one step: the bytes go to a temporary file in the same folder, which is made if
+/// it is not there, and takes the name once they are on the disk. A reader, a full disk or a power cut never meets half a file.
 ///
 /// # Errors
 /// What the file system reports; the old file is then untouched.
@@ -18,13 +19,14 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// What the file system or `write` reports; the old file is then untouched.
 pub fn write_whole_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    fs::create_dir_all(folder)?;
     let mut builder = tempfile::Builder::new();
     builder.prefix(".rest3d-gpu-");
     // Temporary files are private by default; this one becomes an ordinary file, readable as the umask says.
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+        builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let mut out = BufWriter::new(builder.tempfile_in(folder)?);
     write(&mut out)?;
@@ -51,9 +53,16 @@ mod tests {
     }
 
     #[test]
+    fn makes_the_folders_above() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("of/ours/a.json");
+        write_whole(&path, b"x").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"x");
+    }
+
+    #[test]
     fn a_failure_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(write_whole(&folder.path().join("absent/a.json"), b"x").is_err());
         let occupied = folder.path().join("folder");
         fs::create_dir(&occupied).unwrap();
         assert!(write_whole(&occupied, b"x").is_err());

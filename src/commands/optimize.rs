@@ -181,9 +181,7 @@ impl Observer for Watch<'_> {
     fn event(&mut self, event: Event<'_>) -> Flow {
         self.progress.show(&event);
         if let Event::GroupDone { checkpoint, .. } = event {
-            let dir = self.checkpoint.parent().unwrap_or(self.checkpoint);
-            let text = checkpoint.to_json();
-            if let Err(error) = fs::create_dir_all(dir).and_then(|()| write_whole(self.checkpoint, text.as_bytes())) {
+            if let Err(error) = write_whole(self.checkpoint, checkpoint.to_json().as_bytes()) {
                 self.progress.line(&format!(
                     "warning: {}: cannot be written: {error}; --resume will not find it",
                     self.checkpoint.display()
