@@ -1,8 +1,8 @@
 //! Turns a reconstructed 3D scene into one that stands still in a physics engine.
 //!
 //! The flow is one-way: `scene` (the document) → `shape` (convex parts and mass) → `canonicalize` (what is up, where the
-//! ground is) → `world` (what a backend simulates) → `cpu`, `gpu` (the simulators) → `optimize` (the search) → `bench`
-//! (speed) → `report`. Nothing below `commands` prints.
+//! ground is) → `world` (what a backend simulates) → `cpu`, `gpu` (the simulators) → `optimize` (the search) → `metrics`
+//! (quality), `bench` (speed) → `report`. Nothing below `commands` prints.
 
 pub mod bench;
 pub mod canonicalize;
@@ -10,6 +10,7 @@ pub mod cpu;
 pub mod files;
 pub mod gpu;
 pub mod import;
+pub mod metrics;
 pub mod optimize;
 pub mod report;
 pub mod scene;

@@ -6,6 +6,7 @@ mod backend;
 mod bench;
 mod canonicalize;
 mod config;
+mod evaluate;
 mod interrupt;
 mod optimize;
 mod output;
@@ -37,6 +38,7 @@ pub struct Cli {
 enum Command {
     Optimize(optimize::Args),
     Simulate(simulate::Args),
+    Evaluate(evaluate::Args),
     Bench(bench::Args),
     Canonicalize(canonicalize::Args),
     Adapters(adapters::Args),
@@ -51,6 +53,7 @@ impl Cli {
         match &self.command {
             Command::Optimize(args) => optimize::run(args),
             Command::Simulate(args) => simulate::run(args),
+            Command::Evaluate(args) => evaluate::run(args),
             Command::Bench(args) => bench::run(args),
             Command::Canonicalize(args) => canonicalize::run(args),
             Command::Adapters(args) => adapters::run(args),

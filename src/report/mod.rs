@@ -4,6 +4,7 @@
 mod chart;
 mod csv;
 mod document;
+mod evaluation;
 mod parts;
 mod summary;
 mod table;
@@ -12,6 +13,7 @@ mod trajectory;
 pub use chart::{Chart, svg};
 pub use csv::energy_csv;
 pub use document::{Report, Run};
+pub use evaluation::{Metrics, Overall, Spread};
 pub use parts::part_files;
 pub use summary::Summary;
 pub use table::aligned;
