@@ -180,13 +180,13 @@ struct Watch<'a> {
 impl Observer for Watch<'_> {
     fn event(&mut self, event: Event<'_>) -> Flow {
         self.progress.show(&event);
-        if let Event::GroupDone { checkpoint, .. } = event {
-            if let Err(error) = write_whole(self.checkpoint, checkpoint.to_json().as_bytes()) {
-                self.progress.line(&format!(
-                    "warning: {}: cannot be written: {error}; --resume will not find it",
-                    self.checkpoint.display()
-                ));
-            }
+        if let Event::GroupDone { checkpoint, .. } = event
+            && let Err(error) = write_whole(self.checkpoint, checkpoint.to_json().as_bytes())
+        {
+            self.progress.line(&format!(
+                "warning: {}: cannot be written: {error}; --resume will not find it",
+                self.checkpoint.display()
+            ));
         }
         if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
     }
