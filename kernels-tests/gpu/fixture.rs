@@ -1,5 +1,6 @@
 //! What the kernel tests share: the device, poison, comparison and canary.
 
+use crate::common::Scenario;
 use bytemuck::Pod;
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
@@ -202,4 +203,14 @@ pub fn world() -> World {
     let world = World::new(&defs, &[1, 2, 4]);
     assert!(world.bodies.iter().any(Body::is_static));
     world
+}
+
+/// A stack of three boxes, and one that falls.
+pub fn boxes_world() -> World {
+    let mut scenario = Scenario::default();
+    for level in 0..3 {
+        scenario.cuboid(Vec3::splat(0.1), 1.0, Vec3::Y * (0.1 + 0.2 * level as f32), Quat::IDENTITY);
+    }
+    scenario.cuboid(Vec3::splat(0.1), 1.0, Vec3::new(1.0, 0.3, 0.0), Quat::IDENTITY);
+    scenario.world()
 }

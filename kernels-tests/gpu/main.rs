@@ -28,6 +28,7 @@ mod sample;
 mod simulation;
 mod solver;
 mod stats;
+mod times;
 mod touching;
 mod whole;
 
@@ -73,6 +74,7 @@ fn main() -> ExitCode {
         manifold::TESTS,
         contacts::TESTS,
         device::TESTS,
+        times::TESTS,
         whole::TESTS,
     ];
     let alone = modules.into_iter().flatten().map(|test| (test, absent));

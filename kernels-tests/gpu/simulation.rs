@@ -1,9 +1,7 @@
 //! Whole simulations and searches on the device against the CPU's.
 
 use super::Test;
-use super::fixture::{Device, compare};
-use crate::common::Scenario;
-use glam::{Quat, Vec3};
+use super::fixture::{Device, boxes_world, compare};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::gpu::{AdapterChoice, GpuBackend};
@@ -22,16 +20,6 @@ fn open(device: &Device) -> Result<GpuBackend, Failed> {
     Ok(GpuBackend::open(&AdapterChoice::Index(device.gpu.report().index))?)
 }
 
-/// A stack of three boxes, and one that falls.
-fn world() -> World {
-    let mut scenario = Scenario::default();
-    for level in 0..3 {
-        scenario.cuboid(Vec3::splat(0.1), 1.0, Vec3::Y * (0.1 + 0.2 * level as f32), Quat::IDENTITY);
-    }
-    scenario.cuboid(Vec3::splat(0.1), 1.0, Vec3::new(1.0, 0.3, 0.0), Quat::IDENTITY);
-    scenario.world()
-}
-
 fn poses(backend: &dyn Backend, world: &World, starts: &[Pose]) -> Result<(Vec<Vec<Pose>>, Vec<Status>), Failed> {
     let mut steps = Vec::new();
     let statuses = backend.simulate(world, &SimSettings::default(), starts, &mut |_, poses, _| {
@@ -42,7 +30,7 @@ fn poses(backend: &dyn Backend, world: &World, starts: &[Pose]) -> Result<(Vec<V
 }
 
 fn follows_the_cpu(device: &Device) -> Result<(), Failed> {
-    let world = world();
+    let world = boxes_world();
     let starts = world.start.repeat(9);
     let (found, statuses) = poses(&open(device)?, &world, &starts)?;
     let (expected, _) = poses(&CpuBackend, &world, &starts)?;
@@ -56,7 +44,7 @@ fn follows_the_cpu(device: &Device) -> Result<(), Failed> {
 }
 
 fn grows_when_there_is_too_little_room(device: &Device) -> Result<(), Failed> {
-    let mut world = world();
+    let mut world = boxes_world();
     let roomy = poses(&open(device)?, &world, &world.start)?;
     (world.capacities.hull_pairs, world.capacities.contacts) = (1, 2);
     let cramped = poses(&open(device)?, &world, &world.start)?;
@@ -64,7 +52,7 @@ fn grows_when_there_is_too_little_room(device: &Device) -> Result<(), Failed> {
 }
 
 fn searches_as_the_cpu_does(device: &Device) -> Result<(), Failed> {
-    let world = world();
+    let world = boxes_world();
     let cem = CemSettings { candidates: 65, translation_std: [0.01; 3], rotation_std: [0.02; 3], ..Default::default() };
     let settings = SearchSettings { cem, ..Default::default() };
     let stream = Stream { seed: 5, stage: 0 };

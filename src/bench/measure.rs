@@ -1,7 +1,7 @@
 //! One population on one backend: warm up, repeat, take the median.
 
 use crate::world::{Backend, BackendError, KernelTime, Pose, Rollouts, SimSettings, Status, World};
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use std::time::Instant;
 
 /// Candidates of the warm-up: enough for every thread and for compiling every kernel.
@@ -40,7 +40,7 @@ pub struct Measurement {
     /// The same times the bodies that move, per second.
     pub body_substeps_per_s: f64,
     /// ms of a run that each kernel takes; empty where that is not known.
-    #[serde(serialize_with = "by_name")]
+    #[serde(serialize_with = "KernelTime::by_name")]
     pub kernels_ms: Vec<KernelTime>,
     /// About how many bytes a search with so many candidates holds.
     pub bytes_resident: u64,
@@ -48,10 +48,6 @@ pub struct Measurement {
     pub mean_drift_m: Option<f64>,
     /// Candidates with any bit of `Status`.
     pub flagged_candidates: usize,
-}
-
-fn by_name<S: Serializer>(kernels: &[KernelTime], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(kernels.iter().map(|kernel| (&kernel.name, kernel.milliseconds)))
 }
 
 /// Simulates the population of `world` again and again. `on_run` sees the seconds of every run.

@@ -4,11 +4,13 @@ use super::buffer::Download;
 use super::device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError};
 use super::kernel::Recorder;
 use super::kernels::Kernels;
+use super::rollouts::{kernel_times, rollouts};
 use super::search::GpuSearch;
 use super::simulation::{Simulation, grown};
 use crate::cpu::CpuBackend;
 use crate::world::{
-    Backend, BackendError, Flow, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, World,
+    Backend, BackendError, Flow, KernelTime, OnStep, Pose, Rollouts, Search, SearchSettings, SimSettings, Status,
+    Stream, World,
 };
 
 /// Simulates on a graphics adapter.
@@ -144,6 +146,21 @@ impl Backend for GpuBackend {
             let Some(capacities) = grown(roomy.capacities, world.capacities, faults) else { return Ok(depths) };
             roomy.capacities = capacities;
         }
+    }
+
+    fn rollouts(&self, world: &World, settings: &SimSettings, starts: &[Pose]) -> Result<Rollouts, BackendError> {
+        self.check(settings)?;
+        Ok(rollouts(&self.gpu, &self.kernels, world, settings, starts)?)
+    }
+
+    fn kernel_times(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[Pose],
+    ) -> Result<Vec<KernelTime>, BackendError> {
+        self.check(settings)?;
+        Ok(kernel_times(&self.gpu, &self.kernels, world, settings, starts)?)
     }
 
     fn search<'a>(

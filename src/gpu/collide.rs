@@ -216,6 +216,11 @@ impl Collide {
         recorder.run(&self.detecting[parity]);
     }
 
+    /// Dispatches of `detect`.
+    pub fn steps_per_substep(&self) -> usize {
+        self.detecting[0].len()
+    }
+
     /// Measures the deepest overlap of each body pair at the present poses, into `depths` (m, 0 if apart). The next substep
     /// knows no hull pairs.
     pub fn measure(&self, recorder: &mut Recorder<'_>, depths: &Buffer<f32>) {

@@ -1,7 +1,7 @@
 //! Which adapter computes, and whether it can.
 //!
-//! What an adapter needs is read off the kernels. All its limits are asked for, no optional feature is. A missing Vulkan
-//! loader, driver or limit is an error with its remedy, never a panic.
+//! What an adapter needs is read off the kernels. All its limits are asked for, and of the optional features those that
+//! measure. A missing Vulkan loader, driver or limit is an error with its remedy, never a panic.
 
 use super::kernel::{Access, Shader};
 use super::kernels::SHADERS;
@@ -19,6 +19,9 @@ pub const INSTALL_HINT: &str = if cfg!(target_os = "linux") {
 } else {
     "install the graphics driver of the card's maker"
 };
+
+/// What is used where an adapter has it: the time of every kernel.
+const OPTIONAL: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
 
 /// Bytes that one buffer must be able to hold: what WebGPU promises everywhere.
 const LEAST_BINDING: u64 = 128 << 20;
@@ -268,7 +271,7 @@ impl Gpu {
         let limits = adapter.limits();
         let request = wgpu::DeviceDescriptor {
             label: Some("rest3d-gpu"),
-            required_features: wgpu::Features::empty(),
+            required_features: adapter.features() & OPTIONAL,
             required_limits: limits.clone(),
             ..Default::default()
         };

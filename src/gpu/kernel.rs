@@ -2,6 +2,7 @@
 
 use super::buffer::{Buffer, Download};
 use super::device::{Gpu, GpuError};
+use super::timer::Timer;
 use bytemuck::Pod;
 use rayon::prelude::*;
 
@@ -61,6 +62,8 @@ pub struct Kernel {
 
 /// A kernel with its buffers and the size of its grid.
 pub struct Step {
+    /// Name of the kernel.
+    pub name: &'static str,
     pipeline: wgpu::ComputePipeline,
     buffers: wgpu::BindGroup,
     workgroups: [u32; 2],
@@ -129,10 +132,21 @@ impl Kernel {
         let workgroups = invocations.div_ceil(self.shader.workgroup.iter().product());
         let row = workgroups.min(gpu.limits.max_compute_workgroups_per_dimension);
         Step {
+            name: self.shader.name,
             pipeline: self.pipeline.clone(),
             buffers: gpu.device.create_bind_group(&descriptor),
             workgroups: [row, workgroups.div_ceil(row.max(1))],
         }
+    }
+}
+
+impl Step {
+    /// Runs it in a pass.
+    pub(super) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>) {
+        let [x, y] = self.workgroups;
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.buffers, &[]);
+        pass.dispatch_workgroups(x, y, 1);
     }
 }
 
@@ -152,22 +166,47 @@ fn module(gpu: &Gpu, shader: &Shader) -> wgpu::ShaderModule {
 pub struct Recorder<'a> {
     gpu: &'a Gpu,
     encoder: wgpu::CommandEncoder,
+    timer: Option<&'a Timer>,
+    /// How many units of work the present one stands for in the timer's sums; 0 if it is not timed.
+    weight: u32,
 }
 
 impl<'a> Recorder<'a> {
     /// Nothing to do yet.
     pub fn new(gpu: &'a Gpu) -> Self {
-        Self { gpu, encoder: gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default()) }
+        Self::timed(gpu, None)
+    }
+
+    /// The same, and `timer` is told of every step.
+    pub fn timed(gpu: &'a Gpu, timer: Option<&'a Timer>) -> Self {
+        let encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        Self { gpu, encoder, timer, weight: 1 }
+    }
+
+    /// What is recorded from now on is one of many alike, of which the timer need not see all.
+    pub(super) fn begin_unit(&mut self) {
+        self.weight = self.timer.map_or(0, Timer::next_unit);
+    }
+
+    /// What is recorded from now on is done once.
+    pub(super) fn end_units(&mut self) {
+        self.weight = 1;
+    }
+
+    /// Fetches the timer's timestamps; `Timer::collect` reads them once this is submitted.
+    pub fn fetch_times(&mut self) {
+        if let Some(timer) = self.timer {
+            timer.fetch(&mut self.encoder);
+        }
     }
 
     /// Runs the steps one after the other.
     pub fn run<'s>(&mut self, steps: impl IntoIterator<Item = &'s Step>) {
-        let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        for Step { pipeline, buffers, workgroups: [x, y] } in steps {
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, buffers, &[]);
-            pass.dispatch_workgroups(*x, *y, 1);
+        if let Some(timer) = self.timer.filter(|_| self.weight > 0) {
+            return timer.run(&mut self.encoder, self.weight, steps);
         }
+        let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        steps.into_iter().for_each(|step| step.dispatch(&mut pass));
     }
 
     /// Copies all elements of a buffer to another of the same size.
@@ -200,5 +239,13 @@ impl<'a> Recorder<'a> {
     /// Hands everything to the device, without waiting.
     pub fn submit(self) {
         self.gpu.queue.submit([self.encoder.finish()]);
+    }
+
+    /// The same, and what comes next is recorded with the same timer.
+    #[must_use]
+    pub fn next(self) -> Self {
+        let next = Self::timed(self.gpu, self.timer);
+        self.submit();
+        next
     }
 }

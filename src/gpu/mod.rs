@@ -13,10 +13,12 @@ mod kernel;
 pub mod kernels;
 mod layout;
 mod population;
+mod rollouts;
 mod search;
 mod simulation;
 mod solver;
 mod tables;
+mod timer;
 
 pub use backend::GpuBackend;
 pub use buffer::{Buffer, Download, Read, Uniform, Write};
@@ -34,3 +36,4 @@ pub use search::GpuSearch;
 pub use simulation::{Pace, Simulation, State};
 pub use solver::{Solver, Touching};
 pub use tables::Tables;
+pub use timer::Timer;

@@ -7,9 +7,10 @@ use super::kernels::Kernels;
 use super::layout::{Flags, Stats};
 use super::population::Population;
 use super::simulation::{Pace, Simulation, grown};
+use super::timer::Timer;
 use crate::world::{
-    BackendError, Best, Capacities, CemSettings, Distribution, Energy, IterationStats, Pose, Search, SearchSettings,
-    Status, Stream, Winner, World,
+    BackendError, Best, Capacities, CemSettings, Distribution, Energy, IterationStats, KernelTime, Pose, Search,
+    SearchSettings, Status, Stream, Winner, World,
 };
 use bytemuck::Pod;
 
@@ -31,6 +32,7 @@ pub struct GpuSearch<'a> {
     stats: Download<Stats>,
     mean: Download<f32>,
     std: Download<f32>,
+    timer: Option<Timer>,
 }
 
 impl<'a> GpuSearch<'a> {
@@ -47,6 +49,8 @@ impl<'a> GpuSearch<'a> {
     ) -> Result<Self, GpuError> {
         let candidates = settings.cem.candidates;
         let width = world.dimensions();
+        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, candidates)?;
+        let timer = simulation.timer(gpu, candidates);
         Ok(Self {
             gpu,
             kernels,
@@ -55,7 +59,7 @@ impl<'a> GpuSearch<'a> {
             settings,
             stream,
             population: Population::new(gpu, kernels, world, settings, stream)?,
-            simulation: Simulation::fitting(gpu, kernels, world, &settings.simulation, candidates)?,
+            simulation,
             pace: Pace::default(),
             iteration: 0,
             distribution: settings.cem.initial(world.units.len()),
@@ -63,16 +67,17 @@ impl<'a> GpuSearch<'a> {
             stats: Download::new(gpu, "stats", 1),
             mean: Download::new(gpu, "mean", width),
             std: Download::new(gpu, "std", width),
+            timer,
         })
     }
 
     /// Simulates all placed candidates, as many at a time as fit, and tells how many failed, by reason.
     fn simulate(&mut self) -> Result<Flags, GpuError> {
-        let Self { gpu, population: all, simulation, .. } = self;
+        let Self { gpu, population: all, simulation, timer, .. } = self;
         let (some, at_once) = (&simulation.state, simulation.candidates);
         let [candidates, bodies, pairs] =
             [self.settings.cem.candidates as usize, self.world.bodies.len(), self.world.pairs.len()];
-        let mut recorder = Recorder::new(gpu);
+        let mut recorder = Recorder::timed(gpu, timer.as_ref());
         for first in (0..candidates).step_by(at_once as usize) {
             let count = (candidates - first).min(at_once as usize);
             recorder.copy_range((&all.placed, first * bodies), (&some.poses, 0), count * bodies);
@@ -85,8 +90,11 @@ impl<'a> GpuSearch<'a> {
         }
         all.flag(&mut recorder);
         recorder.fetch(&all.flags, &self.flags);
+        recorder.fetch_times();
         recorder.submit();
-        Ok(self.flags.take(gpu)?[0])
+        let flags = self.flags.take(gpu)?[0];
+        timer.as_ref().map_or(Ok(()), |timer| timer.collect(gpu))?;
+        Ok(flags)
     }
 
     /// Makes more room where some candidate had too little; false if that is not wanted any more.
@@ -99,6 +107,9 @@ impl<'a> GpuSearch<'a> {
         self.world.capacities = capacities;
         let (simulation, candidates) = (&self.settings.simulation, self.settings.cem.candidates);
         self.simulation = Simulation::fitting(self.gpu, self.kernels, &self.world, simulation, candidates)?;
+        if let Some(timer) = &self.timer {
+            self.simulation.announce(timer, candidates);
+        }
         Ok(true)
     }
 
@@ -145,25 +156,31 @@ impl Search for GpuSearch<'_> {
             return Err(BackendError::Capacity("nothing to search: no unit or no candidate".into()));
         }
         self.population.set_iteration(self.gpu, self.iteration);
-        let mut recorder = Recorder::new(self.gpu);
+        let mut recorder = Recorder::timed(self.gpu, self.timer.as_ref());
         self.population.draw(&mut recorder);
         recorder.submit();
         let mut flags = self.simulate()?;
         while self.grow(flags)? {
             flags = self.simulate()?;
         }
-        let mut recorder = Recorder::new(self.gpu);
+        let mut recorder = Recorder::timed(self.gpu, self.timer.as_ref());
         self.population.rank(&mut recorder);
         recorder.fetch(&self.population.stats, &self.stats);
         recorder.fetch(&self.population.mean, &self.mean);
         recorder.fetch(&self.population.std, &self.std);
+        recorder.fetch_times();
         recorder.submit();
         let Stats { best, iteration_best, elite_mean } = self.stats.take(self.gpu)?[0];
         self.distribution = Distribution { mean: self.mean.take(self.gpu)?, std: self.std.take(self.gpu)? };
+        self.timer.as_ref().map_or(Ok(()), |timer| timer.collect(self.gpu))?;
         let stats =
             IterationStats { iteration: self.iteration, best, iteration_best, elite_mean, flagged: flags.counts };
         self.iteration += 1;
         Ok(stats)
+    }
+
+    fn kernel_times(&self) -> Vec<KernelTime> {
+        self.timer.as_ref().map(Timer::times).unwrap_or_default()
     }
 
     fn energies(&self) -> Vec<Energy> {

@@ -10,12 +10,16 @@ use super::kernels::Kernels;
 use super::layout::{Batch, Body, Pose, Velocity};
 use super::solver::{Solver, Touching};
 use super::tables::Tables;
+use super::timer::Timer;
 use crate::world::constants::MAX_CAPACITY_GROWTH;
 use crate::world::{Capacities, SimSettings, Status, World};
 use std::time::{Duration, Instant};
 
 /// How long a submission may take: desktops reset a graphics card that does not answer for seconds, and stutter before.
 const SUBMISSION: Duration = Duration::from_millis(50);
+
+/// Passes of a substep: collision, contacts, solver.
+const PASSES: u32 = 3;
 
 /// How many substeps are submitted together, by measured time.
 #[derive(Debug)]
@@ -32,19 +36,19 @@ impl Default for Pace {
 
 impl Pace {
     /// Notes one more substep; submits and waits when there are enough.
-    fn tick<'g>(&mut self, gpu: &'g Gpu, recorder: Recorder<'g>) -> Result<Recorder<'g>, GpuError> {
+    pub(super) fn tick<'g>(&mut self, gpu: &'g Gpu, recorder: Recorder<'g>) -> Result<Recorder<'g>, GpuError> {
         self.recorded += 1;
         if self.recorded < self.substeps {
             return Ok(recorder);
         }
         let clock = Instant::now();
-        recorder.submit();
+        let next = recorder.next();
         gpu.wait()?;
         let fit = SUBMISSION.as_secs_f64() / clock.elapsed().as_secs_f64().max(1e-6) * f64::from(self.recorded);
         // Halfway in between, because the last one may have been a lucky one.
         self.substeps = ((fit as u32).saturating_add(self.substeps) / 2).max(1);
         self.recorded = 0;
-        Ok(Recorder::new(gpu))
+        Ok(next)
     }
 }
 
@@ -197,15 +201,63 @@ impl Simulation {
     /// If the device failed.
     pub fn run<'g>(&self, gpu: &'g Gpu, mut recorder: Recorder<'g>, pace: &mut Pace) -> Result<Recorder<'g>, GpuError> {
         self.rest(&mut recorder);
+        recorder.begin_unit();
         self.overlaps(&mut recorder);
         for substep in 0..self.steps * self.substeps {
+            recorder.begin_unit();
             self.substep(&mut recorder, substep as usize % 2);
             if substep + 1 == self.snapshot_step * self.substeps {
                 recorder.copy(&self.state.velocities, &self.state.snapshot);
             }
             recorder = pace.tick(gpu, recorder)?;
         }
+        recorder.begin_unit();
         self.collide.measure(&mut recorder, &self.state.depths_settled);
+        recorder.end_units();
         Ok(recorder)
+    }
+
+    /// The steps, substep by substep and without overlaps; `after_step` records what is wanted of each. The work is done
+    /// as with `run`.
+    ///
+    /// # Errors
+    /// If the device failed.
+    pub fn steps<'g>(
+        &self,
+        gpu: &'g Gpu,
+        mut recorder: Recorder<'g>,
+        pace: &mut Pace,
+        mut after_step: impl FnMut(&mut Recorder<'g>, usize),
+    ) -> Result<Recorder<'g>, GpuError> {
+        self.rest(&mut recorder);
+        for step in 0..self.steps {
+            for substep in step * self.substeps..(step + 1) * self.substeps {
+                recorder.begin_unit();
+                self.substep(&mut recorder, substep as usize % 2);
+                recorder = pace.tick(gpu, recorder)?;
+            }
+            after_step(&mut recorder, step as usize);
+        }
+        recorder.end_units();
+        Ok(recorder)
+    }
+
+    /// Points of contact that the last substep made, `[candidates]`.
+    pub fn point_counts(&self) -> &Buffer<u32> {
+        &self.contacts.point_counts
+    }
+
+    /// A timer for so many candidates simulated by this one; none where the adapter has no timestamps.
+    pub fn timer(&self, gpu: &Gpu, candidates: u32) -> Option<Timer> {
+        let timer = Timer::new(gpu)?;
+        self.announce(&timer, candidates);
+        Some(timer)
+    }
+
+    /// Tells a timer how much there will be to time.
+    pub fn announce(&self, timer: &Timer, candidates: u32) {
+        let units = (self.steps * self.substeps + 2).saturating_mul(candidates.div_ceil(self.candidates.max(1)));
+        let steps = self.collide.steps_per_substep() + self.contacts.steps(0).len() + self.solver.steps_per_substep();
+        timer.expect([units, steps as u32, PASSES]);
     }
 }

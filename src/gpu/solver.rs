@@ -103,6 +103,11 @@ impl Solver {
         Ok(Self { moving, normals, frictions, steps })
     }
 
+    /// Dispatches of `solve`.
+    pub fn steps_per_substep(&self) -> usize {
+        self.steps[0].len()
+    }
+
     /// Advances all candidates by a substep. `parity`: 0 for even, 1 for odd substeps.
     pub fn solve(&self, recorder: &mut Recorder<'_>, parity: usize) {
         recorder.run(&self.steps[parity]);

@@ -1,7 +1,8 @@
 //! One group's search: episodes of Cross-Entropy iterations, and when to stop.
 
 use crate::world::{
-    Backend, BackendError, Best, CemSettings, Flow, IterationStats, Search, SearchSettings, Status, Stream, World,
+    Backend, BackendError, Best, CemSettings, Flow, IterationStats, KernelTime, Search, SearchSettings, Status, Stream,
+    World,
 };
 
 /// An improvement of the elites below this share counts as none (see `CemSettings::patience`). The best candidate is no
@@ -17,6 +18,8 @@ pub(super) struct Searched {
     pub flagged: [u64; Status::NAMES.len()],
     /// True if the observer ended it.
     pub stopped: bool,
+    /// What each kernel took, ms.
+    pub kernels: Vec<KernelTime>,
 }
 
 /// Runs all episodes. `on_iteration` sees every iteration and may stop the search.
@@ -51,7 +54,8 @@ pub(super) fn search(
             }
         }
     }
-    Ok(Searched { best: search.best(), flagged, stopped })
+    let kernels = search.kernel_times();
+    Ok(Searched { best: search.best(), flagged, stopped, kernels })
 }
 
 /// A later episode starts from the last one's distribution, widened where it has become narrow.

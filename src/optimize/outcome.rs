@@ -1,7 +1,7 @@
 //! What a run tells while it goes and what it leaves.
 
 use crate::scene::Pose;
-use crate::world::{Energy, Flow, IterationStats, Status};
+use crate::world::{Energy, Flow, IterationStats, KernelTime, Status};
 use serde::{Deserialize, Serialize};
 
 /// Told to the observer during a run.
@@ -70,6 +70,9 @@ pub struct GroupRecord {
     pub flagged: [u64; Status::NAMES.len()],
     /// s.
     pub seconds: f64,
+    /// What each kernel took, ms; empty where the backend does not tell.
+    #[serde(default)]
+    pub kernels: Vec<KernelTime>,
 }
 
 /// What became of one object.

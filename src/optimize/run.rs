@@ -159,6 +159,7 @@ impl<'a> Run<'a> {
             winner: searched.best.as_ref().map(|best| (best.iteration, best.candidate)),
             flagged: searched.flagged,
             seconds: clock.elapsed().as_secs_f64(),
+            kernels: searched.kernels,
         });
         if searched.stopped {
             return Ok(Flow::Stop);

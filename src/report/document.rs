@@ -5,7 +5,7 @@ use crate::canonicalize::Canonicalization;
 use crate::optimize::{Config, GroupRecord, IterationRecord, ObjectOutcome, Outcome};
 use crate::scene::Scene;
 use crate::shape::{Quality, Shape};
-use crate::world::{Energy, Status};
+use crate::world::{Energy, KernelTime, Status};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -45,6 +45,9 @@ pub struct Report<'a> {
     settled_after: f64,
     at_rest: bool,
     seconds: Seconds,
+    /// What each kernel took in all groups, ms, where the backend tells.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "KernelTime::by_name")]
+    kernels_ms: Vec<KernelTime>,
     config: &'a Config,
 }
 
@@ -159,6 +162,7 @@ impl<'a> Report<'a> {
                 settle: timings.settle,
                 verify: timings.verify,
             },
+            kernels_ms: kernels(&outcome.groups),
             config,
         }
     }
@@ -205,6 +209,18 @@ fn group(record: &GroupRecord) -> Group<'_> {
         status: named(&record.flagged),
         seconds: record.seconds,
     }
+}
+
+/// The sums over all groups, in the order of the first.
+fn kernels(groups: &[GroupRecord]) -> Vec<KernelTime> {
+    let mut sums: Vec<KernelTime> = Vec::new();
+    for time in groups.iter().flat_map(|group| &group.kernels) {
+        match sums.iter_mut().find(|sum| sum.name == time.name) {
+            Some(sum) => sum.milliseconds += time.milliseconds,
+            None => sums.push(time.clone()),
+        }
+    }
+    sums
 }
 
 fn named(flagged: &[u64; Status::NAMES.len()]) -> BTreeMap<&'static str, u64> {

@@ -210,6 +210,10 @@ pub struct Best {
 pub trait Search {
     /// Samples, simulates, ranks and updates once.
     fn iterate(&mut self) -> Result<IterationStats, BackendError>;
+    /// What each kernel took since the search began, all iterations together; empty where that is not known.
+    fn kernel_times(&self) -> Vec<KernelTime> {
+        Vec::new()
+    }
     /// Energies of the last iteration, by candidate.
     fn energies(&self) -> Vec<Energy>;
     /// The distribution that the next iteration samples from.

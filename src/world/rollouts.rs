@@ -1,6 +1,7 @@
 //! What is measured of a simulator: a population simulated to its end, and where the time went.
 
 use super::{Pose, Status};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// A population after its last step.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,10 +15,21 @@ pub struct Rollouts {
 }
 
 /// The time of one kernel in the rollouts of a population.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KernelTime {
     /// Its name, that of its file.
     pub name: String,
-    /// All its calls together, ms of wall time: on a processor, its threads' time divided by their number.
+    /// All its calls together, ms of wall time: on a processor, its threads' time divided by their number, on a device
+    /// its own clock's.
     pub milliseconds: f64,
+}
+
+impl KernelTime {
+    /// A list of times as one object: milliseconds by name, in their order.
+    ///
+    /// # Errors
+    /// The serializer's.
+    pub fn by_name<S: Serializer>(times: &[Self], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(times.iter().map(|time| (&time.name, time.milliseconds)))
+    }
 }
