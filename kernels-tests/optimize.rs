@@ -5,16 +5,17 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 use rest3d_gpu::cpu::search::{CpuSearch, Record, Rollout};
 use rest3d_gpu::optimize::{
-    Checkpoint, Config, Event, ObjectOutcome, Observer, OptimizeError, Outcome, ResultFrom, run,
+    Checkpoint, Config, Event, ObjectOutcome, Observer, OptimizeError, Outcome, ResultFrom, run, run_on,
 };
 use rest3d_gpu::scene::{self, Parent, Root, Scene};
 use rest3d_gpu::shape::{MassProperties, Part, Shape};
 use rest3d_gpu::world::{
-    Backend, BackendError, Flow, OnStep, Pose, STATIC, Search, SearchSettings, SimSettings, Status, Stream, Velocity,
-    World,
+    Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, OnStep, Pose, STATIC, Search,
+    SearchSettings, SimSettings, Status, Stream, Velocity, World,
 };
 use serde_json::{Value, json};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A simulator without forces: in a rollout everything that moves slides by `slide`; elsewhere it keeps still, but for
 /// `tumble`, by which the body of that number turns in every simulation.
@@ -563,4 +564,127 @@ fn settings_without_sense_are_refused() {
     refused("energy.penetration", &|c| c.energy.penetration = -1.0);
     refused("global.rotation_std", &|c| c.global.rotation_std[1] = f32::INFINITY);
     refused("verify.seconds", &|c| c.verify.seconds = 0.0);
+}
+
+/// The same, but its device fails for good after so many iterations, and another slide tells it from `Fake`.
+struct Mortal {
+    fake: Fake,
+    left: AtomicUsize,
+}
+
+impl Mortal {
+    fn boxed(left: usize) -> Box<dyn Backend> {
+        let fake = Fake { slide: Vec3::X * 0.003, ..Default::default() };
+        Box::new(Self { fake, left: AtomicUsize::new(left) })
+    }
+
+    fn check(&self) -> Result<(), BackendError> {
+        match self.left.load(Ordering::Relaxed) {
+            0 => Err(BackendError::Device("device lost".into())),
+            _ => Ok(()),
+        }
+    }
+}
+
+struct MortalSearch<'a>(&'a Mortal, Box<dyn Search + 'a>);
+
+impl Search for MortalSearch<'_> {
+    fn iterate(&mut self) -> Result<IterationStats, BackendError> {
+        self.0.check()?;
+        self.0.left.fetch_sub(1, Ordering::Relaxed);
+        self.1.iterate()
+    }
+    fn energies(&self) -> Vec<Energy> {
+        self.1.energies()
+    }
+    fn distribution(&self) -> Distribution {
+        self.1.distribution()
+    }
+    fn set_distribution(&mut self, distribution: &Distribution) {
+        self.1.set_distribution(distribution);
+    }
+    fn placed(&self, candidate: u32) -> Vec<Pose> {
+        self.1.placed(candidate)
+    }
+    fn best(&mut self) -> Option<Best> {
+        self.1.best()
+    }
+}
+
+impl Backend for Mortal {
+    fn describe(&self) -> String {
+        "mortal".into()
+    }
+
+    fn simulate(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[Pose],
+        on_step: &mut OnStep<'_>,
+    ) -> Result<Vec<Status>, BackendError> {
+        self.check()?;
+        self.fake.simulate(world, settings, starts, on_step)
+    }
+
+    fn overlaps(&self, world: &World, settings: &SimSettings, poses: &[Pose]) -> Result<Vec<f32>, BackendError> {
+        self.check()?;
+        self.fake.overlaps(world, settings, poses)
+    }
+
+    fn search<'a>(
+        &'a self,
+        world: &'a World,
+        settings: &'a SearchSettings,
+        stream: Stream,
+    ) -> Result<Box<dyn Search + 'a>, BackendError> {
+        Ok(Box::new(MortalSearch(self, self.fake.search(world, settings, stream)?)))
+    }
+}
+
+#[test]
+fn a_failed_device_ends_as_a_resumed_run_on_the_next_backend() {
+    let boxes = room();
+    let (scene, config) = (boxes.scene(), config());
+    // Every group takes six iterations: the first device fails in the third group, the second in its settling or in
+    // the fourth group, the first in its seating or in the first group.
+    for (first, second, groups) in [(14, 3, 2), (14, 6, 3), (14, 12, 4), (2, 3, 0), (0, 0, 0)] {
+        let mut watch = Watch::default();
+        let mut failures = Vec::new();
+        let mut next = |failure: &str| -> Option<Box<dyn Backend>> {
+            failures.push(failure.to_owned());
+            match failures.len() {
+                1 => Some(Mortal::boxed(second)),
+                2 => Some(Box::new(Fake::default())),
+                _ => None,
+            }
+        };
+        let mortal = Mortal::boxed(first);
+        let (mut outcome, backend) =
+            run_on(&scene, &boxes.shapes, mortal, &mut next, &config, 3, None, &mut watch).unwrap();
+        assert_eq!((failures, backend.describe()), (vec!["device lost".to_owned(); 2], "fake".into()));
+        assert_eq!(outcome.notes.len(), 2, "{:?}", outcome.notes);
+        assert!(outcome.notes[1].contains(&format!("fake went on after {groups} groups")), "{:?}", outcome.notes);
+        outcome.notes.clear();
+
+        let resume = (groups > 0).then(|| Checkpoint::from_json(&watch.checkpoints[groups - 1]).unwrap());
+        let resumed = go(&boxes, &Fake::default(), &config, 3, resume, &mut Watch::default()).unwrap();
+        assert_eq!(results(outcome), results(resumed), "{first} and {second} iterations");
+    }
+}
+
+#[test]
+fn a_failed_device_is_an_error_when_nothing_is_left() {
+    let boxes = room();
+    let failed = run_on(
+        &boxes.scene(),
+        &boxes.shapes,
+        Mortal::boxed(4),
+        &mut |_| None,
+        &config(),
+        3,
+        None,
+        &mut Watch::default(),
+    );
+    assert!(matches!(failed.err(), Some(OptimizeError::Backend(BackendError::Device(_)))));
 }

@@ -5,7 +5,6 @@ use super::fixture::{Device, boxes_world};
 use libtest_mimic::Failed;
 use rest3d_gpu::bench::starts;
 use rest3d_gpu::cpu::CpuBackend;
-use rest3d_gpu::gpu::Timer;
 use rest3d_gpu::world::{Backend, CemSettings, Flow, SearchSettings, SimSettings, Status, Stream};
 use std::time::Instant;
 
@@ -72,7 +71,7 @@ fn kernels_fill_the_run(device: &Device) -> Result<(), Failed> {
     backend.rollouts(&world, &settings, &starts)?;
     let wall = 1e3 * clock.elapsed().as_secs_f64();
     let times = backend.kernel_times(&world, &settings, &starts)?;
-    if Timer::new(&device.gpu).is_none() {
+    if !device.gpu.has_times() {
         return if times.is_empty() { Ok(()) } else { Err("times without timestamps".into()) };
     }
     let names: Vec<&str> = times.iter().map(|time| time.name.as_str()).collect();
@@ -86,7 +85,7 @@ fn kernels_fill_the_run(device: &Device) -> Result<(), Failed> {
 }
 
 fn a_search(device: &Device) -> Result<(), Failed> {
-    if Timer::new(&device.gpu).is_none() {
+    if !device.gpu.has_times() {
         return Ok(());
     }
     let world = boxes_world();

@@ -62,7 +62,7 @@ pub fn measure(
     on_run: &mut dyn FnMut(f64),
 ) -> Result<Measurement, BackendError> {
     let Effort { candidates, seed, seconds } = effort;
-    let bytes_resident = backend.search_bytes(world, candidates);
+    let bytes_resident = backend.memory(world, candidates).bytes;
     if world.units.is_empty() {
         return Err(BackendError::Capacity("nothing in the scene moves; make an object movable".into()));
     }

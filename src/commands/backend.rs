@@ -1,10 +1,18 @@
-//! Which processor simulates.
+//! Which processor simulates, and which one goes on when it fails.
 
-use super::{Failure, say};
+use super::{Failure, probe, say};
 use clap::ValueEnum;
 use rest3d_gpu::cpu::CpuBackend;
-use rest3d_gpu::gpu::{AdapterChoice, GpuBackend, GpuError};
+use rest3d_gpu::gpu::{AdapterChoice, AdapterKind, AdapterReport, GpuBackend, GpuError, Options};
 use rest3d_gpu::world::Backend;
+use std::env;
+
+/// How many times fewer candidates are simulated at a time after a device failed.
+const RETRY_SPLIT: u32 = 4;
+
+/// Environment variables for tests: `auto` takes this kind of adapter, too; devices are lost after so many iterations.
+const AUTO_KIND: &str = "REST3D_GPU_AUTO";
+const LOST_AFTER: &str = "REST3D_GPU_LOST_AFTER";
 
 /// The options that choose it.
 #[derive(Debug, clap::Args)]
@@ -22,15 +30,51 @@ pub struct BackendArgs {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Choice {
-    /// The CPU, until the GPU backend is proven on graphics cards
+    /// A graphics card that passes a short test, else the CPU
     Auto,
     Gpu,
     Cpu,
 }
 
+/// A backend, and what may follow it.
+pub struct Opened {
+    /// To begin with.
+    pub backend: Box<dyn Backend>,
+    /// What follows when its device fails.
+    pub spares: Spares,
+}
+
+/// What is still to be tried, in this order.
+#[derive(Debug, Default)]
+pub struct Spares {
+    /// The same adapter with less at a time.
+    again: Option<Options>,
+    cpu: bool,
+}
+
+impl Spares {
+    /// The backend to go on with after a device failed so; none if there is none.
+    pub fn next(&mut self, failure: &str) -> Option<Box<dyn Backend>> {
+        if let Some(options) = self.again.take() {
+            match GpuBackend::open_with(&options) {
+                Ok(backend) => {
+                    say(format_args!("{failure}: trying again with {RETRY_SPLIT} times fewer candidates at a time"));
+                    return Some(Box::new(backend));
+                }
+                Err(error) => say(format_args!("the graphics device cannot be opened again: {error}")),
+            }
+        }
+        if !std::mem::take(&mut self.cpu) {
+            return None;
+        }
+        say(format_args!("{failure}: going on from the last finished group on {}", CpuBackend.describe()));
+        Some(Box::new(CpuBackend))
+    }
+}
+
 impl BackendArgs {
     /// Opens the backend. `--threads` also holds for the making of shapes.
-    pub fn open(&self) -> Result<Box<dyn Backend>, Failure> {
+    pub fn open(&self) -> Result<Opened, Failure> {
         // 0: as many as there are cores.
         let threads = self.threads.unwrap_or(0) as usize;
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| {
@@ -40,28 +84,64 @@ impl BackendArgs {
             (Choice::Cpu, Some(_)) => Err(Failure::Input(
                 "--adapter names a graphics adapter, but --backend cpu uses none; leave one of them out".into(),
             )),
-            (Choice::Cpu, None) => Ok(Box::new(CpuBackend)),
-            (Choice::Gpu, choice) => gpu(choice.as_ref().unwrap_or(&AdapterChoice::Auto)),
-            (Choice::Auto, Some(choice)) => gpu(choice),
+            (Choice::Cpu, None) => Ok(cpu()),
+            (Choice::Gpu, choice) => wanted(choice.as_ref().unwrap_or(&AdapterChoice::Auto)),
+            (Choice::Auto, Some(choice)) => wanted(choice),
             (Choice::Auto, None) => Ok(best()),
         }
     }
 }
 
+fn cpu() -> Opened {
+    Opened { backend: Box::new(CpuBackend), spares: Spares::default() }
+}
+
+fn gpu(choice: &AdapterChoice) -> Result<Opened, GpuError> {
+    let lost_after = env::var(LOST_AFTER).ok().and_then(|text| text.parse().ok());
+    let options = Options { adapter: choice.clone(), cache: probe::cache(), split: 1, lost_after };
+    let backend = GpuBackend::open_with(&options)?;
+    say(format_args!("backend: {}", backend.describe()));
+    let adapter = AdapterChoice::Index(backend.report().index);
+    let again = Some(Options { adapter, split: RETRY_SPLIT, ..options });
+    Ok(Opened { backend: Box::new(backend), spares: Spares { again, cpu: true } })
+}
+
 /// The adapter that was asked for, or what to do about it.
-fn gpu(choice: &AdapterChoice) -> Result<Box<dyn Backend>, Failure> {
-    let backend = GpuBackend::open(choice).map_err(|error| match error {
+fn wanted(choice: &AdapterChoice) -> Result<Opened, Failure> {
+    gpu(choice).map_err(|error| match error {
         GpuError::NoAdapter(_) | GpuError::Unfit { .. } => {
             Failure::Input(format!("{error}; or simulate on the processor with --backend cpu"))
         }
         error => Failure::Other(error.to_string()),
-    })?;
-    say(format_args!("backend: {}", backend.describe()));
-    Ok(Box::new(backend))
+    })
 }
 
-/// The processor. The GPU backend has been run on a software adapter only, so it is not yet chosen unasked.
-fn best() -> Box<dyn Backend> {
-    say(format_args!("backend: {} (--backend gpu is there to be tried)", CpuBackend.describe()));
-    Box::new(CpuBackend)
+/// The best graphics card that can be trusted, else the processor and why.
+fn best() -> Opened {
+    let opened = card().and_then(|adapter| {
+        probe::test(&adapter).map_err(|problem| format!("{}: {problem}", adapter.name))?;
+        gpu(&AdapterChoice::Index(adapter.index)).map_err(|error| error.to_string())
+    });
+    opened.unwrap_or_else(|reason| {
+        say(format_args!("backend: {} ({reason})", CpuBackend.describe()));
+        cpu()
+    })
+}
+
+/// The best hardware adapter, or why there is none. A software adapter is slower than the CPU backend.
+fn card() -> Result<AdapterReport, String> {
+    let found = probe::list()?;
+    let extra: Option<AdapterKind> = match env::var(AUTO_KIND).unwrap_or_default().parse() {
+        Ok(AdapterChoice::Kind(kind)) => Some(kind),
+        _ => None,
+    };
+    let usual = [AdapterKind::Discrete, AdapterKind::Integrated, AdapterKind::Virtual];
+    let is_card = |adapter: &&AdapterReport| usual.contains(&adapter.kind) || Some(adapter.kind) == extra;
+    let best = found.iter().filter(is_card).min_by_key(|adapter| (!adapter.is_fit(), adapter.kind, adapter.index));
+    match best {
+        None if found.is_empty() => Err("no graphics adapter; `adapters` says what to install".into()),
+        None => Err("no graphics card; `adapters` lists what there is".into()),
+        Some(adapter) if !adapter.is_fit() => Err(format!("{} lacks {}", adapter.name, adapter.missing.join("; "))),
+        Some(adapter) => Ok(adapter.clone()),
+    }
 }

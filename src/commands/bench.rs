@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "{SHIPPED_SCENE}: not found; name a scene, or call from the project's folder, where the default scene is"
         )));
     }
-    let backend = args.backend.open()?;
+    let backend = args.backend.open()?.backend;
     let scene = Scene::read(&args.scene)?;
     for warning in &scene.warnings {
         say(format_args!("warning: {warning}"));

@@ -10,6 +10,7 @@ mod evaluate;
 mod interrupt;
 mod optimize;
 mod output;
+mod probe;
 mod progress;
 mod replay;
 mod shapes;
@@ -42,6 +43,8 @@ enum Command {
     Bench(bench::Args),
     Canonicalize(canonicalize::Args),
     Adapters(adapters::Args),
+    #[command(hide = true)]
+    Probe(probe::Args),
 }
 
 impl Cli {
@@ -57,6 +60,7 @@ impl Cli {
             Command::Bench(args) => bench::run(args),
             Command::Canonicalize(args) => canonicalize::run(args),
             Command::Adapters(args) => adapters::run(args),
+            Command::Probe(args) => probe::run(args),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `optimize`: from a broken layout to one that stands.
 
-use super::backend::BackendArgs;
+use super::backend::{BackendArgs, Opened};
 use super::progress::SearchProgress;
 use super::{Failure, canonicalize, config, interrupt, output, print_result, say, shapes};
 use rest3d_gpu::canonicalize::Canonicalization;
@@ -54,7 +54,7 @@ pub struct Args {
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = config::load(&args.config, args.candidates, args.iterations)?;
-    let backend = args.backend.open()?;
+    let Opened { backend, mut spares } = args.backend.open()?;
     let mut scene = Scene::read(&args.scene)?;
     for warning in &scene.warnings {
         say(format_args!("warning: {warning}"));
@@ -74,9 +74,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let stop = interrupt::watch()?;
     let mut watch = Watch { progress: SearchProgress::new(), stop: &stop, checkpoint: &checkpoint };
-    let outcome = optimize::run(&scene, &shapes, backend.as_ref(), &config, args.seed, resume, &mut watch);
+    let mut next = |failure: &str| spares.next(failure);
+    let outcome = optimize::run_on(&scene, &shapes, backend, &mut next, &config, args.seed, resume, &mut watch);
     watch.progress.finish();
-    let outcome = outcome.map_err(|error| match error {
+    let (outcome, backend) = outcome.map_err(|error| match error {
         OptimizeError::Checkpoint(_) => Failure::Input(format!("{}: {error}", checkpoint.display())),
         error => error.into(),
     })?;

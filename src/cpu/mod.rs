@@ -21,8 +21,8 @@ pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
 
 use crate::world::{
-    Backend, BackendError, Flow, KernelTime, NarrowPhase, OnStep, Pose, Rollouts, Search, SearchSettings, SimSettings,
-    Status, Stream, Velocity, World,
+    Backend, BackendError, Flow, KernelTime, MemoryPlan, NarrowPhase, OnStep, Pose, Rollouts, Search, SearchSettings,
+    SimSettings, Status, Stream, Velocity, World,
 };
 use narrow_phase::Separator;
 use rayon::prelude::*;
@@ -102,8 +102,8 @@ impl Backend for CpuBackend {
         Ok(Box::new(CpuSearch::new(world, settings, stream, simulator)))
     }
 
-    fn search_bytes(&self, world: &World, candidates: u32) -> u64 {
-        search::bytes(world, candidates)
+    fn memory(&self, world: &World, candidates: u32) -> MemoryPlan {
+        MemoryPlan { bytes: search::bytes(world, candidates), at_once: candidates }
     }
 
     fn free_bytes(&self) -> Option<u64> {

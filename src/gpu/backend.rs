@@ -1,16 +1,17 @@
 //! The GPU as the optimizer sees it.
 
 use super::buffer::Download;
-use super::device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError};
+use super::device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, Options};
 use super::kernel::Recorder;
 use super::kernels::Kernels;
+use super::plan::plan;
 use super::rollouts::{kernel_times, rollouts};
 use super::search::GpuSearch;
 use super::simulation::{Simulation, grown};
 use crate::cpu::CpuBackend;
 use crate::world::{
-    Backend, BackendError, Flow, KernelTime, OnStep, Pose, Rollouts, Search, SearchSettings, SimSettings, Status,
-    Stream, World,
+    Backend, BackendError, CemSettings, Flow, KernelTime, MemoryPlan, OnStep, Pose, Rollouts, Search, SearchSettings,
+    SimSettings, Status, Stream, World,
 };
 
 /// Simulates on a graphics adapter.
@@ -25,9 +26,26 @@ impl GpuBackend {
     /// # Errors
     /// If there is no such adapter, or it lacks something.
     pub fn open(choice: &AdapterChoice) -> Result<Self, GpuError> {
-        let gpu = Gpu::open(choice)?;
+        Self::open_with(&Options { adapter: choice.clone(), ..Options::default() })
+    }
+
+    /// The same, in a certain manner.
+    ///
+    /// # Errors
+    /// As `open`.
+    pub fn open_with(options: &Options) -> Result<Self, GpuError> {
+        let gpu = Gpu::open_with(options)?;
         let kernels = Kernels::compile(&gpu)?;
+        if let Some(pipelines) = &gpu.pipelines {
+            // Without the file the next start takes longer, no more.
+            let _ = pipelines.store();
+        }
         Ok(Self { gpu, kernels })
+    }
+
+    /// The adapter.
+    pub fn report(&self) -> &AdapterReport {
+        self.gpu.report()
     }
 
     /// Refuses settings that the shaders do not know.
@@ -42,7 +60,7 @@ impl GpuBackend {
 
     /// A simulation of all candidates at once.
     fn simulation(&self, world: &World, settings: &SimSettings, candidates: usize) -> Result<Simulation, GpuError> {
-        let made = Simulation::fitting(&self.gpu, &self.kernels, world, settings, candidates as u32)?;
+        let made = Simulation::fitting(&self.gpu, &self.kernels, world, settings, candidates as u32, 0)?;
         if (made.candidates as usize) < candidates {
             return Err(GpuError::Capacity(format!(
                 "{} simulates at most {} candidates of this scene at once",
@@ -171,6 +189,10 @@ impl Backend for GpuBackend {
     ) -> Result<Box<dyn Search + 'a>, BackendError> {
         self.check(&settings.simulation)?;
         Ok(Box::new(GpuSearch::new(&self.gpu, &self.kernels, world, settings, stream)?))
+    }
+
+    fn memory(&self, world: &World, candidates: u32) -> MemoryPlan {
+        plan(world, &CemSettings { candidates, ..CemSettings::default() }, self.gpu.room())
     }
 
     /// A software adapter has the processor's memory; of a card's, drivers do not tell.

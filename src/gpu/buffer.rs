@@ -3,6 +3,7 @@
 use super::device::{Gpu, GpuError};
 use bytemuck::Pod;
 use std::marker::PhantomData;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc;
 
 /// `len` elements of `T` on the device.
@@ -44,6 +45,7 @@ impl<T: Pod> Buffer<T> {
                 most >> 20
             )));
         }
+        gpu.made.fetch_add(bytes, Ordering::Relaxed);
         let descriptor = wgpu::BufferDescriptor { label: Some(name), size: bytes, usage, mapped_at_creation: false };
         Ok(Self { raw: gpu.device.create_buffer(&descriptor), len, element: PhantomData })
     }

@@ -216,9 +216,14 @@ impl Collide {
         recorder.run(&self.detecting[parity]);
     }
 
-    /// Dispatches of `detect`.
-    pub fn steps_per_substep(&self) -> usize {
-        self.detecting[0].len()
+    /// The kernels of a substep of this parity, in their order.
+    pub fn steps(&self, parity: usize) -> &[Step] {
+        &self.detecting[parity]
+    }
+
+    /// The kernels of `measure`.
+    pub fn measuring_steps(&self) -> &[Step] {
+        &self.measuring
     }
 
     /// Measures the deepest overlap of each body pair at the present poses, into `depths` (m, 0 if apart). The next substep

@@ -1,14 +1,18 @@
 //! Which adapter computes, and whether it can.
 //!
 //! What an adapter needs is read off the kernels. All its limits are asked for, and of the optional features those that
-//! measure. A missing Vulkan loader, driver or limit is an error with its remedy, never a panic.
+//! save or measure time. A missing Vulkan loader, driver or limit is an error with its remedy, never a panic.
 
 use super::kernel::{Access, Shader};
 use super::kernels::SHADERS;
+use super::pipelines::Pipelines;
+use super::plan::Room;
 use crate::world::BackendError;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use thiserror::Error;
 
@@ -20,8 +24,10 @@ pub const INSTALL_HINT: &str = if cfg!(target_os = "linux") {
     "install the graphics driver of the card's maker"
 };
 
-/// What is used where an adapter has it: the time of every kernel.
-const OPTIONAL: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
+/// What is used where an adapter has it: the time of every kernel, and compiled kernels on disk.
+const OPTIONAL: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
+    .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES)
+    .union(wgpu::Features::PIPELINE_CACHE);
 
 /// Bytes that one buffer must be able to hold: what WebGPU promises everywhere.
 const LEAST_BINDING: u64 = 128 << 20;
@@ -58,7 +64,7 @@ impl From<GpuError> for BackendError {
 }
 
 /// What kind of processor an adapter is, the preferred first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AdapterKind {
     /// A card with memory of its own.
@@ -142,8 +148,22 @@ impl fmt::Display for AdapterChoice {
     }
 }
 
+/// How an adapter is opened.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Which.
+    pub adapter: AdapterChoice,
+    /// Directory for compiled kernels; none: they are compiled at every start.
+    pub cache: Option<PathBuf>,
+    /// Simulates so many times fewer candidates at a time, and submits as much less at once, than would fit; 0 and 1: as
+    /// many as fit.
+    pub split: u32,
+    /// The device is lost after so many iterations of searches: a fault for tests.
+    pub lost_after: Option<u32>,
+}
+
 /// One adapter and its fitness.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AdapterReport {
     /// Number that selects it.
     pub index: usize,
@@ -242,6 +262,12 @@ pub struct Gpu {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) limits: wgpu::Limits,
+    /// Compiled kernels on disk.
+    pub(super) pipelines: Option<Pipelines>,
+    /// Bytes of all buffers ever made.
+    pub(super) made: AtomicU64,
+    split: u32,
+    iterations_left: Option<AtomicU32>,
     report: AdapterReport,
     failure: Arc<Mutex<Option<String>>>,
 }
@@ -252,6 +278,15 @@ impl Gpu {
     /// # Errors
     /// If there is none, it lacks something, or its driver refuses.
     pub fn open(choice: &AdapterChoice) -> Result<Self, GpuError> {
+        Self::open_with(&Options { adapter: choice.clone(), ..Options::default() })
+    }
+
+    /// The same, in a certain manner.
+    ///
+    /// # Errors
+    /// As `open`.
+    pub fn open_with(options: &Options) -> Result<Self, GpuError> {
+        let choice = &options.adapter;
         let mut found = enumerate(&instance());
         if found.is_empty() {
             return Err(GpuError::NoAdapter(format!("no graphics adapter: {INSTALL_HINT}")));
@@ -285,12 +320,58 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(error.to_string(), &uncaptured)));
         let lost = Arc::clone(&failure);
         device.set_device_lost_callback(move |reason, message| keep(format!("lost ({reason:?}): {message}"), &lost));
-        Ok(Self { device, queue, limits, report, failure })
+        let pipelines =
+            options.cache.as_ref().and_then(|directory| Pipelines::open(&device, &adapter.get_info(), directory));
+        Ok(Self {
+            device,
+            queue,
+            limits,
+            pipelines,
+            made: AtomicU64::new(0),
+            split: options.split.max(1),
+            iterations_left: options.lost_after.map(AtomicU32::new),
+            report,
+            failure,
+        })
     }
 
     /// The adapter.
     pub fn report(&self) -> &AdapterReport {
         &self.report
+    }
+
+    /// What a search may take.
+    pub fn room(&self) -> Room {
+        Room { binding: self.report.max_binding_bytes, split: self.split }
+    }
+
+    /// How much less than usual is submitted together.
+    pub(super) fn split(&self) -> u32 {
+        self.split
+    }
+
+    /// True if compiled kernels can be kept on disk.
+    pub fn keeps_pipelines(&self) -> bool {
+        self.device.features().contains(wgpu::Features::PIPELINE_CACHE)
+    }
+
+    /// True if it tells how long kernels take.
+    pub fn has_times(&self) -> bool {
+        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
+    /// Bytes of all buffers made since it was opened.
+    pub fn made_bytes(&self) -> u64 {
+        self.made.load(Ordering::Relaxed)
+    }
+
+    /// An iteration begins: with `Options::lost_after` so many before, the device is lost.
+    pub(super) fn count_iteration(&self) {
+        let Some(left) = &self.iterations_left else { return };
+        match left.load(Ordering::Relaxed) {
+            0 => self.device.destroy(),
+            more => left.store(more - 1, Ordering::Relaxed),
+        }
     }
 
     /// Fails if anything went wrong on the device since it was opened.

@@ -110,7 +110,7 @@ impl Kernel {
                 zero_initialize_workgroup_memory: false,
                 ..Default::default()
             },
-            cache: None,
+            cache: gpu.pipelines.as_ref().map(|pipelines| &pipelines.cache),
         });
         match pollster::block_on(errors.pop()) {
             Some(error) => Err(GpuError::Device(format!("kernel `{}`: {error}", shader.name))),

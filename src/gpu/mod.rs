@@ -12,9 +12,12 @@ mod device;
 mod kernel;
 pub mod kernels;
 mod layout;
+mod pipelines;
+mod plan;
 mod population;
 mod rollouts;
 mod search;
+mod self_test;
 mod simulation;
 mod solver;
 mod tables;
@@ -24,15 +27,18 @@ pub use backend::GpuBackend;
 pub use buffer::{Buffer, Download, Read, Uniform, Write};
 pub use collide::{Collide, Motion};
 pub use contacts::{Contacts, Inputs, outlines};
-pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, adapters};
+pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, Options, adapters};
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
 pub use layout::{
     Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving,
     Normal, Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
 };
+pub use pipelines::identity;
+pub use plan::{Room, plan};
 pub use population::Population;
 pub use search::GpuSearch;
+pub use self_test::self_test;
 pub use simulation::{Pace, Simulation, State};
 pub use solver::{Solver, Touching};
 pub use tables::Tables;

@@ -228,6 +228,11 @@ impl Population {
         })
     }
 
+    /// The kernels of an iteration but for the simulation's, in their order.
+    pub fn kernels(&self) -> impl Iterator<Item = &Step> {
+        self.drawing.iter().chain([&self.flagging]).chain(&self.ranking)
+    }
+
     /// Names the random numbers of everything that is submitted from now on.
     pub fn set_iteration(&self, gpu: &Gpu, iteration: u32) {
         self.draw.upload(gpu, &[Draw::new(self.stream, iteration, self.sample_mean)]);

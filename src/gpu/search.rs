@@ -5,6 +5,7 @@ use super::device::{Gpu, GpuError};
 use super::kernel::Recorder;
 use super::kernels::Kernels;
 use super::layout::{Flags, Stats};
+use super::plan::held;
 use super::population::Population;
 use super::simulation::{Pace, Simulation, grown};
 use super::timer::Timer;
@@ -49,7 +50,8 @@ impl<'a> GpuSearch<'a> {
     ) -> Result<Self, GpuError> {
         let candidates = settings.cem.candidates;
         let width = world.dimensions();
-        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, candidates)?;
+        let held = held(world, &settings.cem);
+        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, candidates, held)?;
         let timer = simulation.timer(gpu, candidates);
         Ok(Self {
             gpu,
@@ -106,7 +108,8 @@ impl<'a> GpuSearch<'a> {
         let Some(capacities) = grown(self.world.capacities, self.first_capacities, faults) else { return Ok(false) };
         self.world.capacities = capacities;
         let (simulation, candidates) = (&self.settings.simulation, self.settings.cem.candidates);
-        self.simulation = Simulation::fitting(self.gpu, self.kernels, &self.world, simulation, candidates)?;
+        let held = held(&self.world, &self.settings.cem);
+        self.simulation = Simulation::fitting(self.gpu, self.kernels, &self.world, simulation, candidates, held)?;
         if let Some(timer) = &self.timer {
             self.simulation.announce(timer, candidates);
         }
@@ -119,7 +122,7 @@ impl<'a> GpuSearch<'a> {
         let cem = CemSettings { candidates: 1, ..settings.cem.clone() };
         let settings = SearchSettings { cem, ..(*settings).clone() };
         let population = Population::new(gpu, kernels, world, &settings, *stream)?;
-        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, 1)?;
+        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, 1, 0)?;
         population.deltas.upload(gpu, delta);
         let mut recorder = Recorder::new(gpu);
         population.place(&mut recorder);
@@ -155,6 +158,7 @@ impl Search for GpuSearch<'_> {
         if self.world.dimensions() == 0 || self.settings.cem.candidates == 0 {
             return Err(BackendError::Capacity("nothing to search: no unit or no candidate".into()));
         }
+        self.gpu.count_iteration();
         self.population.set_iteration(self.gpu, self.iteration);
         let mut recorder = Recorder::timed(self.gpu, self.timer.as_ref());
         self.population.draw(&mut recorder);

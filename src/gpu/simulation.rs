@@ -5,9 +5,10 @@ use super::buffer::Buffer;
 use super::collide::{Collide, Motion};
 use super::contacts::{Contacts, Inputs};
 use super::device::{Gpu, GpuError};
-use super::kernel::Recorder;
+use super::kernel::{Recorder, Step};
 use super::kernels::Kernels;
 use super::layout::{Batch, Body, Pose, Velocity};
+use super::plan;
 use super::solver::{Solver, Touching};
 use super::tables::Tables;
 use super::timer::Timer;
@@ -44,7 +45,8 @@ impl Pace {
         let clock = Instant::now();
         let next = recorder.next();
         gpu.wait()?;
-        let fit = SUBMISSION.as_secs_f64() / clock.elapsed().as_secs_f64().max(1e-6) * f64::from(self.recorded);
+        let wanted = SUBMISSION.as_secs_f64() / f64::from(gpu.split());
+        let fit = wanted / clock.elapsed().as_secs_f64().max(1e-6) * f64::from(self.recorded);
         // Halfway in between, because the last one may have been a lucky one.
         self.substeps = ((fit as u32).saturating_add(self.substeps) / 2).max(1);
         self.recorded = 0;
@@ -105,17 +107,19 @@ pub struct Simulation {
     pub candidates: u32,
     /// What moves.
     pub state: State,
-    collide: Collide,
-    contacts: Contacts,
-    solver: Solver,
+    /// Its parts, in the order in which they work.
+    pub collide: Collide,
+    #[allow(missing_docs)]
+    pub contacts: Contacts,
+    #[allow(missing_docs)]
+    pub solver: Solver,
     steps: u32,
     substeps: u32,
     snapshot_step: u32,
 }
 
 impl Simulation {
-    /// For at most `candidates` at a time: half as many, and half of those, until all buffers are such as the adapter
-    /// allows.
+    /// For at most `candidates` at a time, beside `held` bytes of a search: as many as the memory plan allows.
     ///
     /// # Errors
     /// If not even one candidate fits, or the device failed.
@@ -125,13 +129,10 @@ impl Simulation {
         world: &World,
         settings: &SimSettings,
         candidates: u32,
+        held: u64,
     ) -> Result<Self, GpuError> {
-        match Self::new(gpu, kernels, world, settings, candidates) {
-            Err(GpuError::Capacity(_)) if candidates > 1 => {
-                Self::fitting(gpu, kernels, world, settings, candidates.div_ceil(2))
-            }
-            made => made,
-        }
+        let at_once = plan::at_once(world, candidates, held, gpu.room());
+        Self::new(gpu, kernels, world, settings, at_once)
     }
 
     fn new(
@@ -187,6 +188,16 @@ impl Simulation {
         self.collide.detect(recorder, parity);
         self.contacts.record(recorder, parity);
         self.solver.solve(recorder, parity);
+    }
+
+    /// The kernels of a substep of this parity, in their order.
+    pub fn kernels(&self, parity: usize) -> impl Iterator<Item = &Step> {
+        self.collide.steps(parity).iter().chain(self.contacts.steps(parity)).chain(self.solver.steps(parity))
+    }
+
+    /// Those that measure overlaps.
+    pub fn measuring_kernels(&self) -> &[Step] {
+        self.collide.measuring_steps()
     }
 
     /// Deepest overlaps at the present poses, into `State::depths_placed`.
@@ -257,7 +268,6 @@ impl Simulation {
     /// Tells a timer how much there will be to time.
     pub fn announce(&self, timer: &Timer, candidates: u32) {
         let units = (self.steps * self.substeps + 2).saturating_mul(candidates.div_ceil(self.candidates.max(1)));
-        let steps = self.collide.steps_per_substep() + self.contacts.steps(0).len() + self.solver.steps_per_substep();
-        timer.expect([units, steps as u32, PASSES]);
+        timer.expect([units, self.kernels(0).count() as u32, PASSES]);
     }
 }

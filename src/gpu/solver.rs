@@ -103,9 +103,9 @@ impl Solver {
         Ok(Self { moving, normals, frictions, steps })
     }
 
-    /// Dispatches of `solve`.
-    pub fn steps_per_substep(&self) -> usize {
-        self.steps[0].len()
+    /// The kernels of a substep of this parity, in their order.
+    pub fn steps(&self, parity: usize) -> &[Step] {
+        &self.steps[parity]
     }
 
     /// Advances all candidates by a substep. `parity`: 0 for even, 1 for odd substeps.

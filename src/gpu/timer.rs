@@ -48,7 +48,7 @@ impl Timer {
     /// Makes everything; none where the adapter has no timestamps.
     pub fn new(gpu: &Gpu) -> Option<Self> {
         let features = gpu.device.features();
-        if !features.contains(wgpu::Features::TIMESTAMP_QUERY) {
+        if !gpu.has_times() {
             return None;
         }
         let inside = features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::scene::{self, Scene};
 use crate::shape::Shape;
-use crate::world::{Backend, BackendError, Best, Flow, Pose, SearchSettings, Stream, World, angle_between};
+use crate::world::{Backend, BackendError, Best, Flow, MemoryPlan, Pose, SearchSettings, Stream, World, angle_between};
 use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
 
@@ -107,9 +107,10 @@ impl<'a> Run<'a> {
         if let Some(global) = self.groups.last() {
             let world = global.world(&self.rigs, &self.seated, &self.seated);
             let candidates = self.config.global.candidates.max(self.config.local.candidates);
-            let bytes = self.backend.search_bytes(&world, candidates);
+            let MemoryPlan { bytes, at_once } = self.backend.memory(&world, candidates);
+            let split = if at_once < candidates { format!(", {at_once} at a time") } else { String::new() };
             memory = format!(
-                "{} bodies of {} hulls, {candidates} candidates: about {} MB",
+                "{} bodies of {} hulls, {candidates} candidates{split}: about {} MB",
                 world.bodies.len(),
                 world.hulls.hulls.len(),
                 bytes.div_ceil(1_000_000)

@@ -43,9 +43,9 @@ pub trait Backend: Send + Sync {
         on_step: &mut OnStep<'_>,
     ) -> Result<Vec<Status>, BackendError>;
 
-    /// About how many bytes a search with so many candidates holds, told to the user before it starts.
-    fn search_bytes(&self, world: &World, candidates: u32) -> u64 {
-        u64::from(candidates) * world.slot_bytes()
+    /// What a search with so many candidates holds, told to the user before it starts.
+    fn memory(&self, world: &World, candidates: u32) -> MemoryPlan {
+        MemoryPlan { bytes: u64::from(candidates) * world.slot_bytes(), at_once: candidates }
     }
 
     /// Bytes that a search may hold; none if that is not known.
@@ -84,6 +84,15 @@ pub trait Backend: Send + Sync {
         settings: &'a SearchSettings,
         stream: Stream,
     ) -> Result<Box<dyn Search + 'a>, BackendError>;
+}
+
+/// The memory of a search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemoryPlan {
+    /// About how many bytes it holds.
+    pub bytes: u64,
+    /// Candidates that are simulated at a time.
+    pub at_once: u32,
 }
 
 /// Whether a simulation goes on.

@@ -13,8 +13,8 @@ mod settings;
 mod status;
 
 pub use backend::{
-    Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, OnStep, Search, SearchSettings, Stream,
-    Winner,
+    Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, MemoryPlan, OnStep, Search,
+    SearchSettings, Stream, Winner,
 };
 pub use body::{Body, BodyDef, Capacities, STATIC, Unit, World};
 pub use hulls::{Edge, Face, Hull, HullTables};

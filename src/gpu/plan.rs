@@ -1,0 +1,191 @@
+//! How much memory a search takes and how many candidates it simulates at a time, known before anything is made.
+//!
+//! The lists below name every buffer that grows with the candidates; a test compares their sum with what is made.
+
+use super::contacts::outlines;
+use super::layout::{
+    Ball, Bounds, Contact, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving, Normal, Outline,
+    Patch, Preference, Separation, Sim, Stats, Update, Weights,
+};
+use super::layout::{Batch, Body, Draw, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
+use crate::world::constants::MAX_MANIFOLD_POINTS;
+use crate::world::{CemSettings, MemoryPlan, World};
+use glam::Vec4;
+
+/// Bytes that a search may take together, where one candidate at a time does not take more: desktops share their memory.
+const BUDGET: u64 = 2 << 30;
+
+/// What a population's memory is divided by.
+#[derive(Clone, Copy, Debug)]
+pub struct Room {
+    /// Bytes that one buffer may have.
+    pub binding: u64,
+    /// So many times as few candidates at a time as would fit; 1 for as many as fit.
+    pub split: u32,
+}
+
+/// One buffer: its name, and its bytes for each candidate.
+type Row = (&'static str, u64);
+
+fn bytes<T>(count: usize) -> u64 {
+    (count * size_of::<T>()) as u64
+}
+
+/// Buffers of `Simulation`, by candidate simulated at a time.
+fn simulation(world: &World) -> [Row; 33] {
+    let [bodies, pairs, hulls] = [world.bodies.len(), world.pairs.len(), world.hulls.hulls.len()];
+    let [hull_pairs, contacts] = [world.capacities.hull_pairs, world.capacities.contacts].map(|n| n as usize);
+    let (slots, entries) = (hull_pairs + hulls, pairs + bodies);
+    [
+        ("poses", bytes::<Pose>(bodies)),
+        ("velocities", bytes::<Velocity>(bodies)),
+        ("snapshot", bytes::<Velocity>(bodies)),
+        ("depths_placed", bytes::<f32>(pairs)),
+        ("depths_settled", bytes::<f32>(pairs)),
+        ("statuses", bytes::<u32>(1)),
+        ("hull_boxes", bytes::<Bounds>(hulls)),
+        ("body_boxes", bytes::<Bounds>(bodies)),
+        ("pair_counts", bytes::<u32>(pairs)),
+        ("pair_starts", bytes::<u32>(pairs + 1)),
+        ("pair_starts", bytes::<u32>(pairs + 1)),
+        ("most_hull_pairs", bytes::<u32>(1)),
+        ("hull_pairs", bytes::<HullPair>(hull_pairs)),
+        ("hull_pairs", bytes::<HullPair>(hull_pairs)),
+        ("separations", bytes::<Separation>(hull_pairs)),
+        ("depths", bytes::<f32>(pairs)),
+        ("patches", bytes::<Patch>(contacts)),
+        ("patches", bytes::<Patch>(contacts)),
+        ("contacts", bytes::<Contact>(contacts)),
+        ("contacts", bytes::<Contact>(contacts)),
+        ("patch_counts", bytes::<u32>(1)),
+        ("patch_counts", bytes::<u32>(1)),
+        ("point_counts", bytes::<u32>(1)),
+        ("facings", bytes::<Facing>(hull_pairs)),
+        ("manifolds", bytes::<Manifold>(slots)),
+        ("manifold_points", bytes::<ManifoldPoint>(slots * MAX_MANIFOLD_POINTS)),
+        ("merged", bytes::<Merged>(entries)),
+        ("merged_points", bytes::<u32>(slots * MAX_MANIFOLD_POINTS)),
+        ("starts", bytes::<[u32; 2]>(entries)),
+        ("starts", bytes::<[u32; 2]>(entries)),
+        ("moving", bytes::<Moving>(bodies + 1)),
+        ("normals", bytes::<Normal>(contacts)),
+        ("frictions", bytes::<Friction>(contacts)),
+    ]
+}
+
+/// Buffers of `Population`, all candidates together.
+fn population(world: &World, cem: &CemSettings) -> u64 {
+    let [bodies, pairs, units] = [world.bodies.len(), world.pairs.len(), world.units.len()];
+    let (candidates, width) = (cem.candidates as usize, world.dimensions());
+    let poses = 2 * bytes::<Pose>(bodies) + 2 * bytes::<Velocity>(bodies) + 2 * bytes::<f32>(pairs);
+    let ranks = bytes::<u32>(2) + bytes::<Energy>(1);
+    let shared = bytes::<Body>(bodies) + bytes::<Unit>(units) + 2 * bytes::<Pose>(bodies) + bytes::<f32>(3 * width);
+    let once = size_of::<(Batch, Weights, Update, Draw, Winner, Flags, Stats)>() as u64 + bytes::<u32>(2);
+    candidates as u64 * (poses + ranks)
+        + bytes::<f32>((candidates + 1) * width)
+        + bytes::<[u32; 2]>(candidates.next_power_of_two())
+        + bytes::<u32>(cem.elite_count() as usize)
+        + shared
+        + once
+}
+
+/// What `Simulation` makes once, however many candidates there are.
+fn tables(world: &World) -> u64 {
+    let hulls = &world.hulls;
+    let (outlines, lines) = outlines(hulls);
+    bytes::<Hull>(hulls.hulls.len())
+        + bytes::<Vec4>(hulls.vertices.len())
+        + bytes::<Face>(hulls.faces.len())
+        + bytes::<u32>(hulls.face_vertices.len())
+        + bytes::<Edge>(hulls.edges.len())
+        + bytes::<[u32; 2]>(world.pairs.len())
+        + bytes::<Ball>(hulls.hulls.len())
+        + bytes::<u32>(hulls.hulls.len())
+        + bytes::<Outline>(outlines.len())
+        + bytes::<Vec4>(lines.len())
+        + bytes::<Body>(world.bodies.len())
+        + 2 * bytes::<Sim>(1)
+        + 2 * bytes::<Preference>(1)
+        + bytes::<Batch>(1)
+}
+
+/// How many of `candidates` are simulated at a time beside `held` bytes: as many as buffers and budget allow, at least one,
+/// in rounds of about the same size.
+pub(super) fn at_once(world: &World, candidates: u32, held: u64, room: Room) -> u32 {
+    let rows = simulation(world);
+    let largest = rows.iter().map(|(_, bytes)| *bytes).max().unwrap_or(0).max(1);
+    let together: u64 = rows.iter().map(|(_, bytes)| bytes).sum();
+    let fit = (room.binding / largest).min(BUDGET.saturating_sub(held) / together.max(1));
+    let fit = u32::try_from(fit).unwrap_or(u32::MAX).clamp(1, candidates.max(1));
+    let fit = (fit / room.split.max(1)).max(1);
+    candidates.div_ceil(candidates.div_ceil(fit).max(1)).max(1)
+}
+
+/// Bytes that a search holds beside what is simulated at a time.
+pub(super) fn held(world: &World, cem: &CemSettings) -> u64 {
+    population(world, cem) + tables(world)
+}
+
+/// The memory of a search, without making any of it.
+pub fn plan(world: &World, cem: &CemSettings, room: Room) -> MemoryPlan {
+    let held = held(world, cem);
+    let at_once = at_once(world, cem.candidates, held, room);
+    let each: u64 = simulation(world).iter().map(|(_, bytes)| bytes).sum();
+    MemoryPlan { bytes: held + u64::from(at_once) * each, at_once }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::{BodyDef, Capacities};
+    use glam::{Quat, Vec3};
+
+    const GIB: u64 = 1 << 30;
+
+    /// Bodies of so many boxes each, in a row.
+    fn world(bodies: usize, hulls: usize) -> World {
+        let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
+        let part = |at: usize| (0..8).map(|i| corner(i) + Vec3::Y * at as f32).collect::<Vec<_>>();
+        let defs: Vec<BodyDef> = (0..bodies)
+            .map(|unit| {
+                let start = Pose::new(Quat::IDENTITY, Vec3::X * 2.0 * unit as f32);
+                let parts = (0..hulls).map(part).collect();
+                BodyDef { parts, mass: 1.0, inertia: Vec3::ONE, unit: unit as u32, start, reference: start }
+            })
+            .collect();
+        World::new(&defs, &(0..bodies as u32).collect::<Vec<_>>())
+    }
+
+    fn cem(candidates: u32) -> CemSettings {
+        CemSettings { candidates, ..Default::default() }
+    }
+
+    #[test]
+    fn a_large_population_takes_two_gigabytes_at_most() {
+        let world = world(30, 16);
+        for binding in [128 << 20, 2 * GIB, 4 * GIB] {
+            let MemoryPlan { bytes, at_once } = plan(&world, &cem(2048), Room { binding, split: 1 });
+            assert!(bytes <= 2 * GIB, "{bytes} bytes, {at_once} at a time, buffers of {binding}");
+            assert!(at_once >= 64, "{at_once} at a time");
+            let largest = simulation(&world).iter().map(|(_, bytes)| *bytes).max().unwrap_or(0);
+            assert!(u64::from(at_once) * largest <= binding);
+        }
+    }
+
+    #[test]
+    fn populations_are_split_evenly_where_a_buffer_or_the_budget_ends() {
+        let world = world(4, 1);
+        let largest = simulation(&world).iter().map(|(_, bytes)| *bytes).max().unwrap_or(0);
+        let split = |fit: u64, split| plan(&world, &cem(1000), Room { binding: fit * largest, split }).at_once;
+        assert_eq!([split(1000, 1), split(999, 1), split(400, 1), split(1, 1)], [1000, 500, 334, 1]);
+        assert_eq!([split(1000, 4), split(2, 4)], [250, 1]);
+    }
+
+    #[test]
+    fn what_fits_in_no_way_is_left_to_one_candidate() {
+        let mut world = world(4, 1);
+        world.capacities = Capacities { hull_pairs: 1 << 24, contacts: 128 };
+        assert_eq!(plan(&world, &cem(8), Room { binding: 8 * GIB, split: 1 }).at_once, 1);
+        assert_eq!(plan(&world, &cem(0), Room { binding: 1, split: 0 }).at_once, 1);
+    }
+}
