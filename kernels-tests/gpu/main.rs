@@ -5,7 +5,9 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod auto;
 mod best;
+mod bisect;
 mod boxes;
 mod chain;
 mod collide;
@@ -27,6 +29,7 @@ mod place;
 mod sample;
 mod simulation;
 mod solver;
+mod startup;
 mod stats;
 mod times;
 mod touching;
@@ -42,6 +45,9 @@ use std::{env, sync::Arc};
 type Test = (&'static str, fn(&Device) -> Result<(), Failed>);
 
 fn main() -> ExitCode {
+    if startup::is_child() {
+        return startup::child();
+    }
     let arguments = Arguments::from_args();
     let required = env::var("REST3D_GPU_REQUIRE_ADAPTER").is_ok_and(|value| value != "0");
     let choice: AdapterChoice = env::var("REST3D_GPU_ADAPTER").unwrap_or_else(|_| "auto".into()).parse().unwrap();
@@ -75,6 +81,9 @@ fn main() -> ExitCode {
         contacts::TESTS,
         device::TESTS,
         times::TESTS,
+        startup::TESTS,
+        auto::TESTS,
+        bisect::TESTS,
         whole::TESTS,
     ];
     let alone = modules.into_iter().flatten().map(|test| (test, absent));

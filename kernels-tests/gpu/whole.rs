@@ -34,7 +34,7 @@ const VERDICTS: f64 = 0.99;
 const ELITES: f64 = 0.9;
 const RANKS: f64 = 0.98;
 
-fn world(scene: &str) -> Result<World, Failed> {
+pub fn world(scene: &str) -> Result<World, Failed> {
     let scene = Scene::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(scene))?;
     let cache = Cache::default_location();
     let shapes = build_shapes(&shape_requests(&scene), &ShapeSettings::default(), cache.as_ref(), &|_, _, _| ())?;

@@ -1,5 +1,7 @@
-//! Where a substep's time goes. The clock is a type parameter: simulations that nobody measures have none.
+//! Where a substep's time goes, and what it finds. The clock is a type parameter: simulations that nobody watches have
+//! none.
 
+use super::narrow_phase::{Manifold, PairCache, Separation};
 use crate::world::KernelTime;
 use std::time::{Duration, Instant};
 
@@ -27,6 +29,14 @@ impl Kernel {
 pub trait Clock {
     /// What was done since the last call was work of `kernel`.
     fn lap(&mut self, kernel: Kernel);
+
+    /// The next hull pair of the list: its remembered axis before and after, and its contacts if an axis was found.
+    #[inline(always)]
+    fn pair(&mut self, _before: PairCache, _found: Option<&Separation>, _after: PairCache, _contacts: &Manifold) {}
+
+    /// The contacts of a hull with the ground.
+    #[inline(always)]
+    fn ground(&mut self, _hull: usize, _contacts: &Manifold) {}
 }
 
 /// No clock.

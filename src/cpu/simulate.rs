@@ -69,6 +69,16 @@ impl Workspace {
         &self.contacts
     }
 
+    /// Boxes of the last substep.
+    pub fn broad_phase(&self) -> &BroadPhase {
+        &self.broad
+    }
+
+    /// Hull pairs of the last substep.
+    pub fn pairs(&self) -> &[HullPair] {
+        &self.pairs
+    }
+
     /// Advances by one step of `dt`.
     pub fn step(&mut self, world: &World, settings: &SimSettings, narrow: &Separator) {
         self.step_timed(world, settings, narrow, &mut ());
@@ -96,7 +106,8 @@ impl Workspace {
         self.collide_timed(world, settings, narrow, &mut ());
     }
 
-    fn collide_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
+    /// The same, and tells `clock` of every part and of what it found.
+    pub fn collide_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
         let dt = settings.dt / settings.substeps.max(1) as f32;
         self.broad.update(world, &self.poses, &self.velocities, settings.contact_offset, dt);
         std::mem::swap(&mut self.pairs, &mut self.old_pairs);
@@ -116,6 +127,7 @@ impl Workspace {
             self.gatherer.clear();
             while next < self.pairs.len() && self.pairs[next].pair == index {
                 let HullPair { a, b, .. } = self.pairs[next];
+                let before = self.caches[next];
                 let cache = &mut self.caches[next];
                 next += 1;
                 let hulls = narrow_phase::HullPair { tables: &world.hulls, hulls: [a, b], poses: [&pose_a, &pose_b] };
@@ -126,6 +138,7 @@ impl Workspace {
                     self.gatherer.add(self.manifold.normal, self.manifold.points());
                     clock.lap(Kernel::Manifold);
                 }
+                clock.pair(before, found.as_ref(), *cache, &self.manifold);
             }
             self.emit(index, pair, &mut old);
             clock.lap(Kernel::Contacts);
@@ -140,6 +153,7 @@ impl Workspace {
                 let out = &mut self.manifold;
                 plane_hull(&world.hulls, hull as u32, &self.poses[index], (Vec3::Y, 0.0), margin, out);
                 self.gatherer.add(out.normal, out.points());
+                clock.ground(hull, out);
             }
             clock.lap(Kernel::Manifold);
             self.emit((world.pairs.len() + index) as u32, [GROUND, index as u32], &mut old);
