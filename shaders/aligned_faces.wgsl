@@ -10,6 +10,7 @@
 #import hull
 #import pose
 #import sim
+#import vector
 
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<uniform> sim: Sim;
@@ -50,7 +51,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         var high = -2.0;
         var nearest = 0u;
         for (var i = 0u; i < hull.face_count; i++) {
-            let cosine = dot(direction, faces[hull.first_face + i].plane.xyz);
+            let cosine = plane_cosine(direction, faces[hull.first_face + i].plane);
             nearest = select(nearest, i, cosine > high);
             high = max(high, cosine);
         }

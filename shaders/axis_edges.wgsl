@@ -94,25 +94,26 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         for (var open_b = masks[MASK_WORDS + word_b]; open_b != 0u && least <= margin; open_b &= open_b - 1u) {
             let j = 32u * word_b + firstTrailingBit(open_b);
             let edge_b = edges[b.first_edge + j];
-            let left_b = to_a.rotation * faces[b.first_face + edge_b.faces.x].plane.xyz;
-            let right_b = to_a.rotation * faces[b.first_face + edge_b.faces.y].plane.xyz;
+            let left_b = times(to_a.rotation, faces[b.first_face + edge_b.faces.x].plane.xyz);
+            let right_b = times(to_a.rotation, faces[b.first_face + edge_b.faces.y].plane.xyz);
             let start_b = carried(to_a, vertices[b.first_vertex + edge_b.vertices.x].xyz);
-            let along_b = normalize(carried(to_a, vertices[b.first_vertex + edge_b.vertices.y].xyz) - start_b);
+            let along_b = unit(carried(to_a, vertices[b.first_vertex + edge_b.vertices.y].xyz) - start_b);
             for (var word_a = 0u; word_a < MASK_WORDS; word_a++) {
                 for (var open_a = masks[word_a]; open_a != 0u && least <= margin; open_a &= open_a - 1u) {
                     let i = 32u * word_a + firstTrailingBit(open_a);
                     // The arcs left–right of A and of B, the latter turned round, must cross on the Gauss map.
                     let edge_a = edges[a.first_edge + i];
                     let start_a = vertices[a.first_vertex + edge_a.vertices.x].xyz;
-                    let span_a = vertices[a.first_vertex + edge_a.vertices.y].xyz - start_a;
-                    let left_side = dot(left_b, span_a);
-                    if (left_side * dot(right_b, span_a) >= 0.0) {
+                    // Of unit length as the twin's: where edges lie in faces, rounding decides on which side they are.
+                    let along_a = unit(vertices[a.first_vertex + edge_a.vertices.y].xyz - start_a);
+                    let left_side = dot(left_b, along_a);
+                    if (left_side * dot(right_b, along_a) >= 0.0) {
                         continue;
                     }
                     let left_a = faces[a.first_face + edge_a.faces.x].plane.xyz;
                     let right_a = faces[a.first_face + edge_a.faces.y].plane.xyz;
                     let far_side = dot(along_b, right_a);
-                    let across = cross(normalize(span_a), along_b);
+                    let across = cross(along_a, along_b);
                     let square = dot(across, across);
                     let size = sqrt(square);
                     let outward = select(1.0, -1.0, dot(across, left_a + right_a) < 0.0);

@@ -1,6 +1,6 @@
 // Kernel `axis_faces`: the face along whose normal two hulls are farthest apart, one invocation a hull pair.
 //
-// Twin of `cpu::narrow_phase::Twin`, its `best_face`: faces in the same order. A face is measured in its own frame.
+// Twin of `cpu::narrow_phase::Twin`, its `best_face`: faces in the same order, all in A's frame.
 
 #import constants
 #import axis
@@ -29,6 +29,12 @@
 
 #import lowest
 
+// A plane of A's, or one of B's carried into A's frame.
+fn plane_in_a(plane: vec4<f32>, to_a: Frame, on_b: bool) -> vec4<f32> {
+    let normal = times(to_a.rotation, plane.xyz);
+    return select(plane, vec4(normal, plane.w + dot(normal, to_a.shift)), on_b);
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
     let index = invocation(id, workgroups);
@@ -55,18 +61,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let hull = hulls[select(pair.a, pair.b, on_b)];
         let other = hulls[select(pair.b, pair.a, on_b)];
         let ball = balls[select(pair.b, pair.a, on_b)];
-        var frame = to_a;
-        if (on_b) {
-            frame = inverse(to_a);
-        }
-        let center = carried(frame, ball.center);
+        let center = select(carried(to_a, ball.center), ball.center, on_b);
         var least = best.distance + select(preferred(preference, best.distance), 0.0, best.feature == 0u);
         // The plane farthest from the centre first: it is often the best one and rules out the others. Groups of four as
         // in the twin.
         var peak = -FAR;
         var start = 0u;
         for (var i = 0u; i < hull.face_count; i++) {
-            let plane = faces[hull.first_face + i].plane;
+            let plane = plane_in_a(faces[hull.first_face + i].plane, to_a, on_b);
             let height = dot(plane.xyz, center) - plane.w;
             start = select(start, i, height > peak);
             peak = max(peak, height);
@@ -74,12 +76,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         start &= ~3u;
         for (var i = 0u; i < hull.face_count && best.distance <= margin; i++) {
             let number = start + i - select(0u, hull.face_count, start + i >= hull.face_count);
-            let plane = faces[hull.first_face + number].plane;
+            let plane = plane_in_a(faces[hull.first_face + number].plane, to_a, on_b);
             // The separation is at most that from the ball inside the other hull.
             if (dot(plane.xyz, center) - plane.w - ball.radius <= least) {
                 continue;
             }
-            let distance = lowest(other, plane.xyz * frame.rotation) + dot(plane.xyz, frame.shift) - plane.w;
+            let direction = select(plane.xyz * to_a.rotation, plane.xyz, on_b);
+            let distance = lowest(other, direction) + select(dot(plane.xyz, to_a.shift), 0.0, on_b) - plane.w;
             if (distance > least) {
                 least = distance;
                 let normal = select(plane.xyz, -plane.xyz, on_b);
@@ -92,8 +95,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         hull_pairs[index].cache = best.feature;
         separations[index] = Separation();
     } else if (best.feature != 0u) {
-        let body = select(bodies.x, bodies.y, (best.feature & KIND) == FACE_B);
-        best.normal = rotate(poses[body].rotation, best.normal);
+        best.normal = rotate(poses[bodies.x].rotation, best.normal);
         best.feature |= UNSETTLED;
         separations[index] = best;
     }

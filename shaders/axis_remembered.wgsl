@@ -43,19 +43,21 @@ fn line(hull: Hull, number: u32) -> Line {
     let start = vertices[hull.first_vertex + ends.x].xyz;
     let along = vertices[hull.first_vertex + ends.y].xyz - start;
     let size = length(along);
-    return Line(start, along / max(size, 1.0 / FAR), size);
+    return Line(start, along * (1.0 / max(size, 1.0 / FAR)), size);
 }
 
 // True if a vertex of `other` no farther than `distance` over the face lies over its polygon.
 fn faces_vertex(hull: Hull, face: Face, other: Hull, to_hull: Frame, distance: f32) -> bool {
     let direction = face.plane.xyz;
-    let deepest = face.plane.w + distance + CLIP_TOLERANCE;
+    let along = direction * to_hull.rotation;
+    let deepest = face.plane.w + distance - dot(direction, to_hull.shift) + CLIP_TOLERANCE;
     var found = false;
     for (var i = 0u; i < other.vertex_count && !found; i++) {
-        let point = carried(to_hull, vertices[other.first_vertex + i].xyz);
-        if (dot(direction, point) > deepest) {
+        let vertex = vertices[other.first_vertex + i].xyz;
+        if (dot(along, vertex) > deepest) {
             continue;
         }
+        let point = carried(to_hull, vertex);
         found = true;
         var start = vertices[hull.first_vertex + face_vertices[face.first_corner + face.corner_count - 1u]].xyz;
         for (var k = 0u; k < face.corner_count && found; k++) {
@@ -101,14 +103,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let line_a = line(a, first);
     var line_b = line(b, select(0u, second, kind == EDGES));
     line_b.start = carried(to_a, line_b.start);
-    line_b.direction = to_a.rotation * line_b.direction;
+    line_b.direction = times(to_a.rotation, line_b.direction);
     let across = cross(line_a.direction, line_b.direction);
-    var axis = across / max(length(across), 1.0 / FAR);
+    var axis = across * (1.0 / max(length(across), 1.0 / FAR));
     axis = select(axis, -axis, dot(axis, line_a.start - balls[pair.a].center) < 0.0);
     let number = select(a.first_face, b.first_face, kind == FACE_B) + select(second, 0u, kind == EDGES);
     let face = faces[number];
     axis = select(axis, face.plane.xyz, kind == FACE_A);
-    axis = select(axis, -(to_a.rotation * face.plane.xyz), kind == FACE_B);
+    axis = select(axis, -times(to_a.rotation, face.plane.xyz), kind == FACE_B);
     let distance = lowest(b, axis * to_a.rotation) + dot(axis, to_a.shift) + lowest(a, -axis);
 
     let offset = line_b.start - line_a.start;
@@ -131,7 +133,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         if (kind == FACE_B) {
             hull = b;
             other = a;
-            frame = inverse(to_a);
+            frame = between(poses[bodies.y], poses[bodies.x]);
         }
         certified = faces_vertex(hull, face, other, frame, distance);
     }

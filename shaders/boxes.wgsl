@@ -41,8 +41,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     var low = vec3(-NO_EXTENT);
     var high = vec3(NO_EXTENT);
     for (var i = body.first_hull; i < body.first_hull + body.hull_count; i++) {
-        let center = turn * hulls[i].center + pose.translation;
-        let extents = spread * hulls[i].half_extents;
+        let center = times(turn, hulls[i].center) + pose.translation;
+        let extents = times(spread, hulls[i].half_extents);
         low = min(low, center - extents);
         high = max(high, center + extents);
         hull_boxes[row + i] = Bounds(center, margin, extents);

@@ -8,6 +8,7 @@
 #import constants
 #import contact
 #import facing
+#import frame
 #import grid
 #import hull
 #import pose
@@ -114,18 +115,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let row = candidate * batch.bodies;
     let pose = poses[row + facing.bodies[facing.side]];
     let other_pose = poses[row + facing.bodies[1u - facing.side]];
-    let turn = compose(conjugate(pose.rotation), other_pose.rotation);
-    let shift = rotate(conjugate(pose.rotation), other_pose.translation - pose.translation);
+    let to_reference = between(pose, other_pose);
     let reference = hulls[facing.hulls[facing.side]].first_face + facing.faces.x;
     let plane = faces[reference].plane;
     let outline = outlines[reference];
-    let against = -rotate(conjugate(turn), plane.xyz);
+    let against = -(plane.xyz * to_reference.rotation);
     var count = 0u;
     var i = 0u;
     for (var face_number = 0u; face_number <= other.face_count; face_number++) {
         // The next face that is turned against the reference face: neighbours in a workgroup go on together.
         for (var k = i; k < other.face_count; k++) {
-            let cosine = dot(against, faces[other.first_face + k].plane.xyz);
+            let cosine = plane_cosine(against, faces[other.first_face + k].plane);
             if ((k == facing.faces.y) | (cosine >= INCIDENT_COSINE)) {
                 break;
             }
@@ -141,7 +141,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         i++;
         var lowest = -LOWEST;
         for (var c = 0u; c < face.corner_count; c++) {
-            let corner = rotate(turn, vertices[other.first_vertex + face_vertices[face.first_corner + c]].xyz) + shift;
+            let corner = carried(to_reference, vertices[other.first_vertex + face_vertices[face.first_corner + c]].xyz);
             lowest = min(lowest, dot(plane.xyz, corner) - plane.w);
             corners[c] = corner;
         }

@@ -27,7 +27,7 @@
 @group(0) @binding(11) var<storage, read_write> statuses: array<u32>;
 
 fn turned(rotation: vec4<f32>, turn: vec3<f32>) -> vec4<f32> {
-    return normalize(compose(from_scaled_axis(turn), rotation));
+    return unit_rotation(compose(from_scaled_axis(turn), rotation));
 }
 
 // Angular velocity of a body with this angular momentum.
@@ -36,17 +36,18 @@ fn spin_at(rotation: vec4<f32>, momentum: vec3<f32>, inverse_inertia: vec3<f32>)
 }
 
 // How fast a spin changes without torque, in the body's frame (Euler's equations).
-fn free_change(spin: vec3<f32>, inertia: vec3<f32>) -> vec3<f32> {
-    return cross(inertia * spin, spin) / inertia;
+fn free_change(spin: vec3<f32>, inertia: vec3<f32>, inverse_inertia: vec3<f32>) -> vec3<f32> {
+    return cross(inertia * spin, spin) * inverse_inertia;
 }
 
 // Spin of a body after a substep without torque, in its own frame, with the energy that it had.
-fn free_spin(spin: vec3<f32>, inertia: vec3<f32>) -> vec3<f32> {
+fn free_spin(spin: vec3<f32>, inverse_inertia: vec3<f32>) -> vec3<f32> {
     let dt = sim.substep;
-    let first = free_change(spin, inertia);
-    let second = free_change(spin + 0.5 * dt * first, inertia);
-    let third = free_change(spin + 0.5 * dt * second, inertia);
-    let fourth = free_change(spin + dt * third, inertia);
+    let inertia = 1.0 / inverse_inertia;
+    let first = free_change(spin, inertia, inverse_inertia);
+    let second = free_change(spin + 0.5 * dt * first, inertia, inverse_inertia);
+    let third = free_change(spin + 0.5 * dt * second, inertia, inverse_inertia);
+    let fourth = free_change(spin + dt * third, inertia, inverse_inertia);
     let next = spin + dt / 6.0 * (first + 2.0 * (second + third) + fourth);
     let found = dot(next, inertia * next);
     let usable = found > 0.0 && is_finite(bitcast<u32>(found));
@@ -57,7 +58,7 @@ fn free_spin(spin: vec3<f32>, inertia: vec3<f32>) -> vec3<f32> {
 fn aligning(start: vec3<f32>, end: vec3<f32>) -> vec4<f32> {
     let size = length(start) * length(end);
     let cosine = dot(start, end);
-    let turn = normalize(vec4(cross(start, end), size + cosine));
+    let turn = unit_rotation(vec4(cross(start, end), size + cosine));
     return select(vec4(0.0, 0.0, 0.0, 1.0), turn, cosine > 0.5 * size);
 }
 
@@ -74,13 +75,13 @@ fn end_of_compact(state: Moving, old: vec4<f32>, inverse_inertia: vec3<f32>) -> 
     return End(next, spin_at(next, momentum, inverse_inertia));
 }
 
-fn end_of_slender(state: Moving, old: vec4<f32>, inertia: vec3<f32>) -> End {
+fn end_of_slender(state: Moving, old: vec4<f32>, inverse_inertia: vec3<f32>) -> End {
     let spin = rotate(conjugate(old), state.angular);
-    let next = free_spin(spin, inertia);
+    let next = free_spin(spin, inverse_inertia);
     let ahead = rotate(turned(old, state.turn), next);
     let turned_on = turned(old, state.turn + 0.5 * sim.substep * (ahead - state.angular));
-    let correction = aligning(rotate(turned_on, inertia * next), rotate(old, inertia * spin));
-    let aligned = normalize(compose(correction, turned_on));
+    let correction = aligning(rotate(turned_on, next / inverse_inertia), rotate(old, spin / inverse_inertia));
+    let aligned = unit_rotation(compose(correction, turned_on));
     let rotation = select(turned_on, aligned, state.touched == 0u);
     return End(rotation, rotate(rotation, next));
 }
@@ -109,7 +110,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let least = min(inverse_inertia.x, min(inverse_inertia.y, inverse_inertia.z));
         var end: End;
         if (most > SLENDER_INERTIA_RATIO * least) {
-            end = end_of_slender(state, old, 1.0 / inverse_inertia);
+            end = end_of_slender(state, old, inverse_inertia);
         } else {
             end = end_of_compact(state, old, inverse_inertia);
         }

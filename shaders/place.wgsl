@@ -29,7 +29,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let d = candidate * batch.dimensions + 6u * unit;
         let shift = vec3(deltas[d], deltas[d + 1u], deltas[d + 2u]);
         let turn = from_scaled_axis(vec3(deltas[d + 3u], deltas[d + 4u], deltas[d + 5u]));
-        pose.rotation = normalize(compose(turn, pose.rotation));
+        pose.rotation = unit_rotation(compose(turn, pose.rotation));
         pose.translation = rotate(turn, pose.translation - pivot) + pivot + shift;
     }
     placed[index] = pose;

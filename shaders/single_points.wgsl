@@ -1,12 +1,14 @@
 // Kernel `single_points`: the one contact of two hulls where clipping finds none, one invocation a slot of a hull pair.
 // Last part of `cpu::narrow_phase::manifold`.
 //
-// It lies between the two edges of the axis, or between the outlines of the two faces where those are nearest.
+// It lies between the two edges of the axis, in the world's frame, or between the outlines of the two faces where those are
+// nearest, in the frame of the reference hull's body.
 
 #import batch
 #import constants
 #import contact
 #import facing
+#import frame
 #import grid
 #import hull
 #import pose
@@ -45,6 +47,10 @@ fn nearest_on_segments(p: vec3<f32>, u: vec3<f32>, q: vec3<f32>, v: vec3<f32>) -
     return vec2(clamp((b * t - c) / a, 0.0, 1.0), t);
 }
 
+fn placed(pose: Pose, point: vec3<f32>) -> vec3<f32> {
+    return rotate(pose.rotation, point) + pose.translation;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
     let index = invocation(id, workgroups);
@@ -72,6 +78,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let other_edge = edges[other.first_edge + select(0u, extractBits(feature, 0u, 12u), is_edges)].vertices;
     let face = faces[hull.first_face + facing.faces.x];
     let other_face = faces[other.first_face + facing.faces.y];
+    let to_reference = between(pose, other_pose);
     var least = 3.4e38;
     var on_reference = vec3(0.0);
     var on_other = vec3(0.0);
@@ -81,16 +88,19 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let corner = face_vertices[face.first_corner + i];
         let next_corner = face_vertices[face.first_corner + select(i + 1u, 0u, i + 1u >= face.corner_count)];
         let ends = select(vec2(corner, next_corner), edge, is_edges);
-        let p = rotate(pose.rotation, vertices[hull.first_vertex + ends.x].xyz) + pose.translation;
-        let u = rotate(pose.rotation, vertices[hull.first_vertex + ends.y].xyz) + pose.translation - p;
+        let start = vertices[hull.first_vertex + ends.x].xyz;
+        let end = vertices[hull.first_vertex + ends.y].xyz;
+        let p = select(start, placed(pose, start), is_edges);
+        let u = select(end, placed(pose, end), is_edges) - p;
         for (var k = 0u; k < other_count; k++) {
             let other_corner = face_vertices[other_face.first_corner + k];
             let other_next =
                 face_vertices[other_face.first_corner + select(k + 1u, 0u, k + 1u >= other_face.corner_count)];
             let other_ends = select(vec2(other_corner, other_next), other_edge, is_edges);
-            let q = rotate(other_pose.rotation, vertices[other.first_vertex + other_ends.x].xyz) + other_pose.translation;
-            let v =
-                rotate(other_pose.rotation, vertices[other.first_vertex + other_ends.y].xyz) + other_pose.translation - q;
+            let other_start = vertices[other.first_vertex + other_ends.x].xyz;
+            let other_end = vertices[other.first_vertex + other_ends.y].xyz;
+            let q = select(carried(to_reference, other_start), placed(other_pose, other_start), is_edges);
+            let v = select(carried(to_reference, other_end), placed(other_pose, other_end), is_edges) - q;
             let shares = nearest_on_segments(p, u, q, v);
             let apart = (p + shares.x * u) - (q + shares.y * v);
             let nearer = dot(apart, apart) < least;
@@ -99,6 +109,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             on_other = select(on_other, q + shares.y * v, nearer);
         }
     }
+    on_reference = select(placed(pose, on_reference), on_reference, is_edges);
+    on_other = select(placed(pose, on_other), on_other, is_edges);
     var on_a = select(on_other, on_reference, side == 0u);
     var on_b = select(on_reference, on_other, side == 0u);
     if (!is_edges && distance <= 0.0) {

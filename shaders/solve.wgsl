@@ -74,9 +74,9 @@ fn relative(pair: ptr<function, Pair>, row: Row) -> f32 {
 
 fn push(pair: ptr<function, Pair>, row: Row, impulse: f32) {
     (*pair).linear_a -= impulse * (*pair).mass_a * row.axis;
-    (*pair).angular_a -= impulse * ((*pair).inertia_a * row.angular_a);
+    (*pair).angular_a -= impulse * times((*pair).inertia_a, row.angular_a);
     (*pair).linear_b += impulse * (*pair).mass_b * row.axis;
-    (*pair).angular_b += impulse * ((*pair).inertia_b * row.angular_b);
+    (*pair).angular_b += impulse * times((*pair).inertia_b, row.angular_b);
 }
 
 fn accelerate(bodies: u32) {

@@ -3,6 +3,7 @@
 
 #import batch
 #import body
+#import frame
 #import grid
 #import pose
 #import solver
@@ -24,20 +25,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     var state = Moving();
     if (body < batch.bodies) {
         let i = index / row * batch.bodies + body;
-        let q = poses[i].rotation;
-        let turn = mat3x3(
-            rotate(q, vec3(1.0, 0.0, 0.0)),
-            rotate(q, vec3(0.0, 1.0, 0.0)),
-            rotate(q, vec3(0.0, 0.0, 1.0)),
-        );
+        let turn = matrix(poses[i].rotation);
         let d = bodies[body].inverse_inertia;
-        let inertia = mat3x3(turn[0] * d.x, turn[1] * d.y, turn[2] * d.z) * transpose(turn);
+        let scaled = mat3x3(turn[0] * d.x, turn[1] * d.y, turn[2] * d.z);
+        let back = transpose(turn);
         state.linear = velocities[i].linear;
         state.angular = velocities[i].angular;
         state.inverse_mass = bodies[body].inverse_mass;
-        state.inertia_x = inertia[0];
-        state.inertia_y = inertia[1];
-        state.inertia_z = inertia[2];
+        state.inertia_x = times(scaled, back[0]);
+        state.inertia_y = times(scaled, back[1]);
+        state.inertia_z = times(scaled, back[2]);
     }
     moving[index] = state;
 }

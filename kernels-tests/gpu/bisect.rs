@@ -23,7 +23,7 @@ use std::env;
 use std::fmt::{self, Display, Formatter};
 
 pub const TESTS: &[Test] = &[
-    ("bisect::boxes_part_nowhere", boxes_part_nowhere),
+    ("bisect::boxes_hardly_part", boxes_hardly_part),
     ("bisect::a_wrong_kernel_is_named", a_wrong_kernel_is_named),
     ("bisect::a_room_parts_where_it_is_known", a_room_parts_where_it_is_known),
 ];
@@ -45,6 +45,10 @@ const MANIFOLDS: usize = 3;
 const GROUND: usize = 4;
 const CONTACTS: usize = 5;
 const SOLVER: usize = 6;
+
+/// Share of candidates and substeps in which an axis may be another: of edge pairs that part two hulls equally far, the
+/// twin, which looks at four edges at a time, may take another one.
+const AXES_PARTED: f64 = 0.01;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Way {
@@ -391,11 +395,17 @@ fn bisect(
     Ok(Bisection(both.tallies))
 }
 
-fn boxes_part_nowhere(device: &Device) -> Result<(), Failed> {
+fn boxes_hardly_part(device: &Device) -> Result<(), Failed> {
     let (world, settings) = (boxes_world(), SimSettings::default());
     let found = bisect(device, &world, (&settings, &settings), &starts(&world, 65, 3), Way::Lockstep)?;
-    eprintln!("{found}");
-    Ok(())
+    near(&found)
+}
+
+/// Every kernel gives its twin's bits but for the axes, and those in nearly all candidates and substeps.
+fn near(found: &Bisection) -> Result<(), Failed> {
+    let allowed = |stage: usize, tally: &Tally| if stage == AXES { AXES_PARTED * tally.compared as f64 } else { 0.0 };
+    let wrong = found.0.iter().enumerate().any(|(stage, tally)| tally.parted as f64 > allowed(stage, tally));
+    if wrong || found.0[SOLVER].compared == 0 { Err(found.to_string().into()) } else { Ok(()) }
 }
 
 fn a_wrong_kernel_is_named(device: &Device) -> Result<(), Failed> {
@@ -420,6 +430,7 @@ fn a_room_parts_where_it_is_known(device: &Device) -> Result<(), Failed> {
     for way in [Way::Lockstep, Way::Free] {
         let found = bisect(device, &world, (&settings, &settings), &starts(&world, 24, 0), way)?;
         eprintln!("{found}");
+        near(&found)?;
     }
     Ok(())
 }

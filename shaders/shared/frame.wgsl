@@ -1,5 +1,7 @@
 // The motion that takes one body's frame into another's.
 
+#import vector
+
 struct Frame {
     rotation: mat3x3<f32>,
     shift: vec3<f32>,
@@ -31,5 +33,5 @@ fn inverse(frame: Frame) -> Frame {
 }
 
 fn carried(frame: Frame, point: vec3<f32>) -> vec3<f32> {
-    return frame.rotation * point + frame.shift;
+    return times(frame.rotation, point) + frame.shift;
 }

@@ -1,5 +1,7 @@
 // Philox4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011) and normals from it.
 
+#import trigonometry
+
 const TAU: f32 = 6.2831855;
 
 // 2⁻²⁴: random words are used with 24 bits, which f32 holds exactly.
@@ -46,11 +48,12 @@ fn logarithm(x: vec2<f32>) -> vec2<f32> {
 }
 
 // Four standard normals from four random words (Box and Muller). Radii come from 24 bits in (0, 1], so the logarithm is
-// finite; angles lie in [−π, π), where shaders promise accurate sines.
+// finite.
 fn normals(words: vec4<u32>) -> vec4<f32> {
     let radius = sqrt(-2.0 * logarithm(vec2<f32>((words.xz >> vec2(8u)) + vec2(1u)) * PHILOX_UNIT));
     let angle = (vec2<f32>(words.yw >> vec2(8u)) * PHILOX_UNIT - 0.5) * TAU;
-    let x = radius * cos(angle);
-    let y = radius * sin(angle);
+    let turn = sin_cos(angle);
+    let x = radius * turn[1];
+    let y = radius * turn[0];
     return vec4(x.x, y.x, x.y, y.y);
 }

@@ -1,5 +1,7 @@
 // Rigid poses (metres, Y up) and motions; quaternions are xyzw and of unit length.
 
+#import trigonometry
+
 struct Pose {
     rotation: vec4<f32>,
     translation: vec3<f32>,
@@ -12,9 +14,15 @@ struct Velocity {
     angular: vec3<f32>,
 }
 
-// Rotation `a` after rotation `b`.
+// Rotation `a` after rotation `b`: as `world::compose`. One sum after the other, because drivers regroup sums of sums.
 fn compose(a: vec4<f32>, b: vec4<f32>) -> vec4<f32> {
-    return vec4(a.w * b.xyz + b.w * a.xyz + cross(a.xyz, b.xyz), a.w * b.w - dot(a.xyz, b.xyz));
+    return a.w * b + a.x * vec4(b.w, -b.z, b.y, -b.x) + a.y * vec4(b.z, b.w, -b.x, -b.y)
+        + a.z * vec4(-b.y, b.x, b.w, -b.z);
+}
+
+// Of unit length: as `world::unit_rotation`.
+fn unit_rotation(q: vec4<f32>) -> vec4<f32> {
+    return q / length(q);
 }
 
 fn conjugate(q: vec4<f32>) -> vec4<f32> {
@@ -30,7 +38,8 @@ fn from_scaled_axis(v: vec3<f32>) -> vec4<f32> {
     let angle = length(v);
     // At angle 0 the axis does not matter, but must be finite.
     let axis = v / select(angle, 1.0, angle == 0.0);
-    return vec4(axis * sin(0.5 * angle), cos(0.5 * angle));
+    let half = sin_cos(vec2(0.5 * angle));
+    return vec4(axis * half[0].x, half[1].x);
 }
 
 // Angle between two rotations, rad in [0, π].

@@ -4,6 +4,7 @@
 // `MAX_MANIFOLD_POINTS`.
 
 #import constants
+#import vector
 
 const LOWEST: f32 = -3.4e38;
 
@@ -71,5 +72,5 @@ fn is_new(taken: ptr<function, array<vec4<f32>, MAX_MANIFOLD_POINTS>>, count: u3
 // A unit vector across `normal`; the second tangent is `cross(normal, first)`.
 fn tangent(normal: vec3<f32>) -> vec3<f32> {
     let side = select(vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), abs(normal.x) < 0.8);
-    return normalize(side - normal * dot(normal, side));
+    return unit(side - normal * dot(normal, side));
 }

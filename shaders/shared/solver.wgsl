@@ -1,6 +1,8 @@
 // What the solver keeps of a candidate during a substep, as `src/cpu/solve.rs`. Tables have `Batch::bodies + 1` rows a
 // candidate for bodies (the last is the ground), `Sim::contacts` for patches and points.
 
+#import vector
+
 // State of a body.
 struct Moving {
     // m/s
@@ -67,7 +69,8 @@ fn inertia_of(body: Moving) -> mat3x3<f32> {
 // Effective mass of a row.
 fn mass_of(row: Row, a: Moving, b: Moving) -> f32 {
     let k = dot(row.axis, row.axis) * (a.inverse_mass + b.inverse_mass)
-        + dot(row.angular_a, inertia_of(a) * row.angular_a) + dot(row.angular_b, inertia_of(b) * row.angular_b);
+        + dot(row.angular_a, times(inertia_of(a), row.angular_a))
+        + dot(row.angular_b, times(inertia_of(b), row.angular_b));
     return select(0.0, 1.0 / k, k > 0.0);
 }
 
@@ -84,5 +87,5 @@ fn row_about(axis: vec3<f32>) -> Row {
 // The first of two unit vectors that make a right-handed frame with `normal`.
 fn tangent(normal: vec3<f32>) -> vec3<f32> {
     let side = select(vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), abs(normal.x) < 0.8);
-    return normalize(side - normal * dot(normal, side));
+    return unit(side - normal * dot(normal, side));
 }

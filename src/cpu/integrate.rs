@@ -1,6 +1,7 @@
 //! How a body has turned at the end of a substep, and its spin then.
 
 use crate::world::constants::SLENDER_INERTIA_RATIO;
+use crate::world::{compose, from_scaled_axis, unit_rotation};
 use glam::{Quat, Vec3};
 
 /// What a substep did to the orientation of a body.
@@ -29,7 +30,7 @@ impl Turning {
     }
 
     fn turned(&self, turn: Vec3) -> Quat {
-        (Quat::from_scaled_axis(turn) * self.old).normalize()
+        unit_rotation(compose(from_scaled_axis(turn), self.old))
     }
 
     /// Angular momentum, not angular velocity, is carried over to the new orientation; the turn is corrected to the mean
@@ -52,7 +53,7 @@ impl Turning {
         let mut new = self.turned(self.turn + 0.5 * dt * (ahead - self.spin));
         if !self.touched {
             let momentum = self.old * (spin / self.inverse_inertia);
-            new = (aligning(new * (next / self.inverse_inertia), momentum) * new).normalize();
+            new = unit_rotation(compose(aligning(new * (next / self.inverse_inertia), momentum), new));
         }
         (new, new * next)
     }
@@ -78,7 +79,7 @@ fn aligning(from: Vec3, to: Vec3) -> Quat {
     let cosine = from.dot(to);
     if cosine > 0.5 * size {
         let axis = from.cross(to);
-        Quat::from_xyzw(axis.x, axis.y, axis.z, size + cosine).normalize()
+        unit_rotation(Quat::from_xyzw(axis.x, axis.y, axis.z, size + cosine))
     } else {
         Quat::IDENTITY
     }

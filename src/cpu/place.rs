@@ -4,8 +4,8 @@
 //! children move with the group's root (the paper's expansion of a group into its objects). The released code turns
 //! about the world's origin instead, which swings far objects through long arcs.
 
-use crate::world::{Pose, World};
-use glam::{Quat, Vec3};
+use crate::world::{Pose, World, compose, from_scaled_axis, unit_rotation};
+use glam::Vec3;
 
 /// Writes the pose of every body for the adjustment `delta` (6 · units); static bodies keep their start.
 pub fn place(world: &World, delta: &[f32], poses: &mut [Pose]) {
@@ -17,7 +17,8 @@ pub fn place(world: &World, delta: &[f32], poses: &mut [Pose]) {
         let pivot = world.units[body.unit as usize].pivot;
         let d = &delta[6 * body.unit as usize..][..6];
         let shift = Vec3::new(d[0], d[1], d[2]);
-        let turn = Quat::from_scaled_axis(Vec3::new(d[3], d[4], d[5]));
-        *pose = Pose::new((turn * start.rotation).normalize(), turn * (start.translation - pivot) + pivot + shift);
+        let turn = from_scaled_axis(Vec3::new(d[3], d[4], d[5]));
+        *pose =
+            Pose::new(unit_rotation(compose(turn, start.rotation)), turn * (start.translation - pivot) + pivot + shift);
     }
 }

@@ -4,8 +4,8 @@
 //! seed, counter = (stage, iteration, candidate, dimension / 4). A candidate's numbers depend on nothing else, so K,
 //! threads and neighbours cannot change them.
 
-use crate::world::Stream;
-use std::f32::consts::TAU;
+use crate::world::{Stream, sin_cos};
+use std::f32::consts::{LN_2, TAU};
 
 /// Philox4x32-10: four random words for a counter and a key.
 pub fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
@@ -23,13 +23,26 @@ pub fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     [x0, x1, x2, x3]
 }
 
+/// Natural logarithm of a positive normal number, in the shader's operations: x = m · 2ᵏ with m in [√½, √2), and
+/// ln m = 2 artanh((m − 1) / (m + 1)).
+fn logarithm(x: f32) -> f32 {
+    const ROOT_HALF_BITS: u32 = 0x3f35_04f3;
+    let bits = x.to_bits();
+    let k = (bits.wrapping_sub(ROOT_HALF_BITS) as i32) >> 23;
+    let m = f32::from_bits(bits.wrapping_sub((k as u32) << 23));
+    let s = (m - 1.0) / (m + 1.0);
+    let t = s * s;
+    let series = 1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t / 9.0)));
+    k as f32 * LN_2 + 2.0 * s * series
+}
+
 /// Four standard normals from four random words (Box and Muller). Radii come from 24 bits in (0, 1], so the logarithm is
-/// finite and no normal exceeds 5.8; angles lie in [−π, π), where shaders promise accurate sines.
+/// finite and no normal exceeds 5.8.
 pub fn normals(words: [u32; 4]) -> [f32; 4] {
     const UNIT: f32 = 1.0 / 16_777_216.0;
     let pair = |a: u32, b: u32| {
-        let radius = (-2.0 * (((a >> 8) + 1) as f32 * UNIT).ln()).sqrt();
-        let (sin, cos) = (((b >> 8) as f32 * UNIT - 0.5) * TAU).sin_cos();
+        let radius = (-2.0 * logarithm(((a >> 8) + 1) as f32 * UNIT)).sqrt();
+        let (sin, cos) = sin_cos(((b >> 8) as f32 * UNIT - 0.5) * TAU);
         [radius * cos, radius * sin]
     };
     let ([a, b], [c, d]) = (pair(words[0], words[1]), pair(words[2], words[3]));

@@ -81,6 +81,8 @@ struct Friction {
     first: u32,
     count: u32,
     tangents: [Row; 2],
+    /// Lever arms of the centre of pressure on both bodies, m.
+    arms: [Vec3; 2],
     twist: Row,
     /// How far the second body had moved past the first when the lever arms were made, m.
     passed: Vec3,
@@ -167,13 +169,14 @@ impl Solver {
             self.sweep_friction(settings.friction);
             self.sweep_normals(settings, h, None);
         }
-        self.integrate(bodies, poses, h * small_steps as f32);
+        let dt = settings.dt / settings.substeps.max(1) as f32;
+        self.integrate(bodies, poses, dt);
         for ((moving, velocity), body) in self.bodies.iter().zip(velocities.iter_mut()).zip(bodies) {
             if !body.is_static() {
                 *velocity = moving.velocity;
             }
         }
-        self.hand_over(h * small_steps as f32, contacts);
+        self.hand_over(dt, contacts);
     }
 
     /// Writes the impulses into the contacts, and the loads that they carry after a substep of `dt`.
@@ -233,6 +236,7 @@ impl Solver {
                 first: patch.first,
                 count: patch.count,
                 tangents: [u, v].map(|axis| self.row(a, b, arms(center), axis)),
+                arms: arms(center).into(),
                 twist: self.twist(a, b, patch.normal),
                 passed: Vec3::ZERO,
                 impulse: [patch.friction.dot(u), patch.friction.dot(v), patch.twist],
@@ -380,7 +384,9 @@ impl Solver {
             }
             let by = 0.5 * (passed - f.passed);
             f.passed = passed;
-            f.tangents = f.tangents.map(|row| row.shifted(by, a, b));
+            f.arms = [f.arms[0] + by, f.arms[1] - by];
+            let [on_a, on_b] = f.arms;
+            f.tangents = f.tangents.map(|row| Row::new(row.axis, on_a.cross(row.axis), on_b.cross(row.axis), a, b));
             for n in &mut self.normals[f.first as usize..][..f.count as usize] {
                 n.row = n.row.shifted(by, a, b);
             }

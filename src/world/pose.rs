@@ -1,7 +1,8 @@
 //! Rigid poses and motions in the simulator's precision.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec3, Vec4};
+use std::f32::consts::{FRAC_2_PI, FRAC_PI_2};
 
 /// A rigid pose in metres, Y up: `world = rotation · local + translation`. 32 bytes, as the kernels store it.
 #[repr(C)]
@@ -84,8 +85,77 @@ impl Velocity {
     }
 }
 
+/// Sine and cosine of an angle up to some turns, to 10⁻⁷: the same operations as the shaders', because libraries and
+/// drivers differ in the last bit (polynomials of the Cephes library).
+#[inline]
+pub fn sin_cos(angle: f32) -> (f32, f32) {
+    let turns = angle * FRAC_2_PI;
+    let quarter = turns.round_ties_even();
+    let x = (turns - quarter) * FRAC_PI_2;
+    let z = x * x;
+    let sine = x * (1.0 + z * (-0.166_666_55 + z * (0.008_332_161 + z * -0.000_195_152_96)));
+    let cosine = 1.0 + z * (-0.5 + z * (0.041_666_646 + z * (-0.001_388_731_6 + z * 0.000_024_433_157)));
+    let number = quarter as i32;
+    let (sine, cosine) = if number & 1 == 0 { (sine, cosine) } else { (cosine, sine) };
+    let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
+    (sign(number & 2 == 2) * sine, sign((number + 1) & 2 == 2) * cosine)
+}
+
+/// Rotation `a` after rotation `b`, in the shaders' order of operations: drivers regroup the sums of sums of glam's.
+#[inline]
+pub fn compose(a: Quat, b: Quat) -> Quat {
+    let [x, y, z, w] = b.to_array();
+    Quat::from_vec4(
+        a.w * Vec4::new(x, y, z, w)
+            + a.x * Vec4::new(w, -z, y, -x)
+            + a.y * Vec4::new(z, w, -x, -y)
+            + a.z * Vec4::new(-y, x, w, -z),
+    )
+}
+
+/// A rotation of unit length, in the shaders' order of operations.
+#[inline]
+pub fn unit_rotation(q: Quat) -> Quat {
+    let length = (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w).sqrt();
+    Quat::from_vec4(Vec4::from(q) / length)
+}
+
+/// The rotation about an axis by the axis' length, rad.
+#[inline]
+pub fn from_scaled_axis(v: Vec3) -> Quat {
+    let angle = v.length();
+    if angle == 0.0 {
+        return Quat::IDENTITY;
+    }
+    let (sine, cosine) = sin_cos(0.5 * angle);
+    let axis = v / angle * sine;
+    Quat::from_xyzw(axis.x, axis.y, axis.z, cosine)
+}
+
 /// Geodesic angle between two rotations, radians in [0, π]. Accurate for small angles, where `acos` is not.
 pub fn angle_between(a: Quat, b: Quat) -> f32 {
     let d = a.conjugate() * b;
     2.0 * d.xyz().length().atan2(d.w.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sines_and_rotations_are_those_of_the_library() {
+        for i in -20_000_i16..=20_000 {
+            let angle = f32::from(i) * 1e-3;
+            let (sine, cosine) = sin_cos(angle);
+            let (s, c) = f64::from(angle).sin_cos();
+            // The last bits of an angle of some turns are lost.
+            let tolerance = 1.5e-7 + 6e-8 * f64::from(angle.abs());
+            assert!((f64::from(sine) - s).abs() < tolerance && (f64::from(cosine) - c).abs() < tolerance, "{angle}");
+            let turn = from_scaled_axis(Vec3::new(0.6, 0.0, -0.8) * angle);
+            assert!(angle_between(turn, Quat::from_axis_angle(Vec3::new(0.6, 0.0, -0.8), angle)) < 4e-6, "{angle}");
+            let other = Quat::from_rotation_y(1.0 + angle);
+            let [found, known] = [unit_rotation(compose(turn * 3.0, other)), turn * other].map(Vec4::from);
+            assert!((found - known).abs().max_element() < 5e-7, "{angle}");
+        }
+    }
 }

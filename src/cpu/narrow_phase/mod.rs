@@ -22,7 +22,7 @@ pub use twin::Twin;
 pub(crate) use twin_tables::{TwinHull, TwinTables};
 
 use crate::world::constants::MAX_MANIFOLD_POINTS;
-use crate::world::{Hull, HullTables, NarrowPhase, Pose};
+use crate::world::{Hull, HullTables, NarrowPhase, Pose, compose};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Vec3};
 
@@ -53,7 +53,7 @@ impl HullPair<'_> {
     fn other_to(&self, side: usize) -> (Mat3, Vec3) {
         let (to, from) = (self.poses[side], self.poses[1 - side]);
         let back = to.rotation.conjugate();
-        (Mat3::from_quat(back * from.rotation), back * (from.translation - to.translation))
+        (Mat3::from_quat(compose(back, from.rotation)), back * (from.translation - to.translation))
     }
 }
 

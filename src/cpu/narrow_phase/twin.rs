@@ -145,7 +145,7 @@ impl<'a> Frame<'a> {
     fn certified(&self, axis: &Axis) -> bool {
         let (side, face, direction) = match axis.feature {
             Feature::FaceA(i) => (0, i, axis.normal),
-            Feature::FaceB(j) => (1, j, self.rotation.transpose() * -axis.normal),
+            Feature::FaceB(j) => (1, j, self.pair.tables.faces_of(self.pair.hull(1))[j as usize].normal()),
             Feature::Edges(i, j) => {
                 let (p, u) = self.edge(0, &self.edges(0)[i as usize]);
                 let (q, v) = self.edge(1, &self.edges(1)[j as usize]);
@@ -207,15 +207,22 @@ impl<'a> Frame<'a> {
         }
         let mut heights = [[Vec4::ZERO; PLANE_GROUPS]; 2];
         let sides = [
-            (planes_a, &*vertices_b, self.rotation * self.b.center + self.shift, self.b.inner_radius),
-            (&*planes_b, vertices_a, self.a.center, self.a.inner_radius),
+            (planes_a, self.rotation * self.b.center + self.shift, self.b.inner_radius),
+            (&*planes_b, self.a.center, self.a.inner_radius),
         ];
         let (mut best, mut feature) = (floor, None);
         let first = self.pair.larger();
         for side in [first, 1 - first] {
-            let (planes, vertices, center, inner) = sides[side];
+            let (planes, center, inner) = sides[side];
+            // Each hull's vertices stay in its own frame: as few are read as by the shader, in the same order.
+            let height = |normal: Vec3| match side {
+                0 => {
+                    lowest(self.tables.vertices_of(self.b), self.rotation.transpose() * normal) + normal.dot(self.shift)
+                }
+                _ => lowest(vertices_a, normal),
+            };
             let threshold = if feature.is_some() { best + preference(best) } else { floor };
-            let found = best_face(planes, vertices, center, inner, threshold, stop, &mut heights[side]);
+            let found = best_face(planes, height, center, inner, threshold, stop, &mut heights[side]);
             if let (distance, Some(face)) = found {
                 let face = if side == 0 { Feature::FaceA(face) } else { Feature::FaceB(face) };
                 (best, feature) = (distance, Some(face));
@@ -297,7 +304,7 @@ impl<'a> Frame<'a> {
                     }
                     let normal = cross.lane(k) * (sign / length);
                     // Nearly parallel edges leave the axis uncertain: only the vertices tell what it separates.
-                    let distance = lowest(vertices_b, normal) + lowest(self.tables.vertices_of(self.a), -normal);
+                    let distance = self.along(normal);
                     if distance > least {
                         least = distance;
                         let feature = Feature::Edges(u32::from(i), u32::from(group[k]));
@@ -345,12 +352,12 @@ fn lowest(vertices: &[Lanes], direction: Vec3) -> f32 {
     vertices.iter().fold(Vec4::INFINITY, |low, v| low.min(v.dot(direction))).min_element()
 }
 
-/// The plane over which the vertices lie highest, if higher than `floor`, and how high; or the first over which they lie
-/// higher than `stop`. `center` and `inner` are the ball inside the vertices' hull; its centre's heights over the planes
+/// The plane over which a hull lies highest, if higher than `floor`, and how high; or the first over which it lies higher
+/// than `stop`. `lowest` is how far along a direction the hull begins. `center` and `inner` are the ball inside the vertices' hull; its centre's heights over the planes
 /// go to `heights`.
 fn best_face(
     planes: &[Planes],
-    vertices: &[Lanes],
+    lowest: impl Fn(Vec3) -> f32,
     center: Vec3,
     inner: f32,
     floor: f32,
@@ -371,7 +378,7 @@ fn best_face(
         let Planes { normal, offset } = &planes[group];
         for k in 0..4 {
             if heights[group][k] - inner > best {
-                let distance = lowest(vertices, normal.lane(k)) - offset[k];
+                let distance = lowest(normal.lane(k)) - offset[k];
                 if distance > best {
                     (best, index) = (distance, Some((4 * group + k) as u32));
                     if distance > stop {

@@ -1,0 +1,15 @@
+// Products and unit vectors with every operation in the order of the processor's (glam), so that both give the same bits:
+// `*` of matrices, `normalize` and `dot` leave the order, and division or reciprocal, to the driver.
+
+fn times(m: mat3x3<f32>, v: vec3<f32>) -> vec3<f32> {
+    return m[0] * v.x + m[1] * v.y + m[2] * v.z;
+}
+
+fn unit(v: vec3<f32>) -> vec3<f32> {
+    return v * (1.0 / length(v));
+}
+
+// Cosine with the normal of a plane.
+fn plane_cosine(v: vec3<f32>, plane: vec4<f32>) -> f32 {
+    return (v.x * plane.x + v.z * plane.z) + v.y * plane.y;
+}
