@@ -142,15 +142,15 @@ fn sweep_friction(bodies: u32, slots: u32, count: u32) {
     }
 }
 
-// Which of `count` points of a patch comes as the `k`-th of a sweep: every third, there and back.
-fn turn_of(k: u32, sweep: u32, count: u32) -> u32 {
-    let step = select(count - 1u - k, k, sweep % 2u == 0u);
+// Which of `count` points of a patch comes as the `k`-th of a sweep: every third.
+fn turn_of(k: u32, backwards: bool, count: u32) -> u32 {
+    let step = select(k, count - 1u - k, backwards);
     return select(3u * step % count, step, count % 3u == 0u);
 }
 
-// One sweep over all patches: with `soft` overlap is pushed out, without only approach is stopped. What is still apart
-// may come no closer than touching. Gives the largest change of a contact's relative speed, m/s.
-fn sweep_normals(bodies: u32, slots: u32, count: u32, soft: bool) -> f32 {
+// One sweep over all patches, one way or the other: with `soft` overlap is pushed out, without only approach is stopped.
+// What is still apart may come no closer than touching. Gives the largest change of a contact's relative speed, m/s.
+fn sweep_normals(bodies: u32, slots: u32, count: u32, soft: bool, backwards: bool) -> f32 {
     // Implicit damped spring over a small step (E. Catto, "Soft Constraints", GDC 2011).
     let h = sim.small_step;
     let omega = TAU * min(CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE / h);
@@ -158,14 +158,14 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, soft: bool) -> f32 {
     let a2 = h * omega * a1;
     let a3 = 1.0 / (1.0 + a2);
     var largest = 0.0;
-    for (var i = slots; i < slots + count; i++) {
-        let at = patches[i];
+    for (var p = 0u; p < count; p++) {
+        let at = patches[slots + select(p, count - 1u - p, backwards)];
         var pair = pair_of(at, bodies);
         let shift = moving[pair.b].shift - moving[pair.a].shift;
         let turn_a = moving[pair.a].turn;
         let turn_b = moving[pair.b].turn;
-        for (var k = 0u; k < PATCH_SWEEPS * at.count; k++) {
-            let j = slots + at.first + turn_of(k % at.count, k / at.count, at.count);
+        for (var k = 0u; k < at.count; k++) {
+            let j = slots + at.first + turn_of(k, backwards, at.count);
             let n = normals[j];
             let row = Row(n.axis, n.angular_a, n.angular_b);
             let moved = dot(n.axis, shift) + dot(n.angular_b, turn_b) - dot(n.angular_a, turn_a);
@@ -245,16 +245,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         accelerate(bodies);
         warm_start(bodies, slots, count);
         let extra = select(0u, max(sim.velocity_iterations, 1u) - 1u, step + 1u == sim.small_steps);
-        var end = 1u + MAX_RELAXING_SWEEPS + extra;
+        var end = PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + extra;
         for (var sweep = 0u; sweep < end; sweep++) {
-            if (sweep == 1u) {
+            let soft = sweep < PUSHING_SWEEPS;
+            if (sweep == PUSHING_SWEEPS) {
                 advance(bodies);
                 follow(bodies, slots, count);
             }
             sweep_friction(bodies, slots, count);
-            let largest = sweep_normals(bodies, slots, count, sweep == 0u);
+            let largest = sweep_normals(bodies, slots, count, soft, soft && sweep % 2u == 1u);
             // Relaxed: only the sweeps that are made in any case remain.
-            end = select(end, min(end, sweep + 1u + extra), sweep > 0u && largest < RELAXED_SPEED);
+            end = select(end, min(end, sweep + 1u + extra), !soft && largest < RELAXED_SPEED);
         }
     }
 }

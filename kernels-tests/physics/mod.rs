@@ -94,6 +94,8 @@ macro_rules! physics_suite {
                 small_and_crooked_towers_stand,
                 uneven_loads_stand,
                 round_stacks_stand,
+                crossed_blocks_stand,
+                heavy_overhangs_stand,
                 a_pyramid_stands,
                 a_mass_ratio_of_a_hundred,
                 a_book_leans_as_statics_say,

@@ -114,6 +114,45 @@ pub fn a_mass_ratio_of_a_hundred(backend: &dyn Backend) {
     }
 }
 
+/// Three blocks side by side and one across their middle, by turns: what lies on the one across is borne on a third of its
+/// length. Solving contacts in one order only once shook such stacks for ever.
+pub fn crossed_blocks_stand(backend: &dyn Backend) {
+    let half = Vec3::new(0.0375, 0.0075, 0.0125);
+    for levels in [3, 9] {
+        let mut s = Scenario::default();
+        for level in 0..levels {
+            let beside = if level % 2 == 0 { 0.0255 } else { 0.0 };
+            for k in if level % 2 == 0 { -1..=1 } else { 0..=0 } {
+                let turn = Quat::from_rotation_y(if level % 2 == 0 { std::f32::consts::FRAC_PI_2 } else { 0.0 });
+                s.cuboid(half, 0.02, Vec3::new(beside * k as f32, half.y * (1.0 + 2.0 * level as f32), 0.0), turn);
+            }
+        }
+        let found = drift(backend, &s, &settings(600), 300);
+        measured(&format!("drift of {levels} levels of crossed blocks in 10 s, m"), found.moved, "< 0.001");
+        assert!(found.moved < 1e-3 && found.speed < 1e-3, "{levels} levels: {found:?}");
+    }
+}
+
+/// A heavy thing that reaches beyond a light one, its centre well inside; and one whose centre is near the edge.
+pub fn heavy_overhangs_stand(backend: &dyn Backend) {
+    for mass in [77.0, 100.0] {
+        let mut s = Scenario::default();
+        s.cuboid(Vec3::new(0.25, 0.15, 0.35), 1.0, Vec3::Y * 0.15, Quat::IDENTITY);
+        s.cuboid(Vec3::new(0.45, 0.15, 0.4), mass, Vec3::new(-0.1, 0.45, 0.14), Quat::IDENTITY);
+        let found = drift(backend, &s, &settings(600), 300);
+        measured(&format!("drift of {mass} kg that overhang 1 kg in 10 s, m"), found.moved, 0);
+        assert!(found.moved < 5e-3 && found.speed < 2e-3, "{mass} kg: {found:?}");
+    }
+    for (mass, inside) in [(20.0, 0.002), (40.0, 0.004), (100.0, 0.01)] {
+        let mut s = Scenario::default();
+        s.cuboid(Vec3::splat(0.05), 1.0, Vec3::Y * 0.05, Quat::IDENTITY);
+        s.cuboid(Vec3::new(0.15, 0.05, 0.15), mass, Vec3::new(0.05 - inside, 0.15, 0.0), Quat::IDENTITY);
+        let found = drift(backend, &s, &settings(300), 200);
+        measured(&format!("drift of {mass} kg, {inside} m from the edge of 1 kg, in 5 s, m"), found.moved, 0);
+        assert!(found.moved < 5e-3 && found.turned < 0.05, "{mass} kg, {inside} m: {found:?}");
+    }
+}
+
 const BOOK: Vec3 = Vec3::new(0.125, 0.01, 0.09);
 
 /// A book that leans on a fixed wall, `degrees` from the ground.

@@ -2,8 +2,8 @@
 //! small steps are those of PhysX's TGS).
 //!
 //! A substep is cut into `position_iterations` small steps `h`. Each applies gravity, warm-starts, solves friction and
-//! every contact once as an overdamped spring, moves the bodies, and solves once more with rigid contacts, after a hit
-//! several times, so that push-out leaves no kinetic energy behind. A plain spring sags under load and a rigid contact
+//! every contact as an overdamped spring, there and back, moves the bodies, and solves once more with rigid contacts,
+//! after a hit several times, so that push-out leaves no kinetic energy behind. A plain spring sags under load and a rigid contact
 //! rings when a heavy body lies on a light one; this spring is at rest at the load that its patch has carried lately,
 //! which does neither. Its share of that load follows far more slowly: a patch must stay stiff against leaning, or towers
 //! buckle.
@@ -17,7 +17,7 @@ use crate::world::{
     Body, Pose, SimSettings, Velocity,
     constants::{
         ARM_TOLERANCE, CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, DEEP_PUSH_OUT_RATE,
-        MAX_RELAXING_SWEEPS, PATCH_LOAD_RATE, PATCH_SWEEPS, POINT_LOAD_RATE, RELAXED_SPEED, RESTING_DEPTH,
+        MAX_RELAXING_SWEEPS, PATCH_LOAD_RATE, POINT_LOAD_RATE, PUSHING_SWEEPS, RELAXED_SPEED, RESTING_DEPTH,
         TOUCHING_DEPTH,
     },
 };
@@ -153,21 +153,23 @@ impl Solver {
         for _ in 0..small_steps {
             self.accelerate(bodies, settings, h);
             self.warm_start();
-            self.sweep_friction(settings.friction);
-            self.sweep_normals(settings, h, Some(soft));
+            for sweep in 0..PUSHING_SWEEPS {
+                self.sweep_friction(settings.friction);
+                self.sweep_normals(settings, h, Some(soft), sweep % 2 == 1);
+            }
             self.advance(h);
             self.follow();
             self.measure();
             for _ in 0..MAX_RELAXING_SWEEPS {
                 self.sweep_friction(settings.friction);
-                if self.sweep_normals(settings, h, None) < RELAXED_SPEED {
+                if self.sweep_normals(settings, h, None, false) < RELAXED_SPEED {
                     break;
                 }
             }
         }
         for _ in 1..settings.velocity_iterations {
             self.sweep_friction(settings.friction);
-            self.sweep_normals(settings, h, None);
+            self.sweep_normals(settings, h, None, false);
         }
         let dt = settings.dt / settings.substeps.max(1) as f32;
         self.integrate(bodies, poses, dt);
@@ -320,32 +322,33 @@ impl Solver {
         }
     }
 
-    /// One sweep over all patches: with `soft` overlap is pushed out, without only approach is stopped. What is still
-    /// apart may come no closer than touching. Gives the largest change of a contact's relative speed, m/s.
-    fn sweep_normals(&mut self, settings: &SimSettings, h: f32, soft: Option<Softness>) -> f32 {
+    /// One sweep over all patches, one way or the other: with `soft` overlap is pushed out, without only approach is
+    /// stopped. What is still apart may come no closer than touching. Gives the largest change of a contact's relative
+    /// speed, m/s.
+    fn sweep_normals(&mut self, settings: &SimSettings, h: f32, soft: Option<Softness>, backwards: bool) -> f32 {
         let mut largest = 0.0f32;
-        for f in &self.frictions {
+        let count = self.frictions.len();
+        for i in 0..count {
+            let f = &self.frictions[if backwards { count - 1 - i } else { i }];
             let mut pair = Velocities::of(&self.bodies, f.a, f.b);
             let points = &mut self.normals[f.first as usize..][..f.count as usize];
-            for sweep in 0..PATCH_SWEEPS {
-                for k in 0..points.len() {
-                    let n = &mut points[turn_of(k, sweep, points.len())];
-                    let separation = n.separation;
-                    let (mut bias, mut stiffness, mut leak) = (separation.max(0.0) / h, 1.0, 0.0);
-                    if let Some(soft) = soft
-                        && separation <= 0.0
-                    {
-                        bias = soft.push_out(separation).max(-settings.max_push_out);
-                        stiffness = soft.mass_scale;
-                        leak = soft.impulse_scale;
-                    }
-                    let correction = n.row.mass * stiffness * (pair.relative(&n.row) + bias);
-                    let total = (n.impulse - correction - leak * (n.impulse - n.load)).max(0.0);
-                    let change = total - n.impulse;
-                    pair.push(&n.row, change);
-                    largest = largest.max(change.abs() / n.row.mass);
-                    n.impulse = total;
+            for k in 0..points.len() {
+                let n = &mut points[turn_of(k, backwards, points.len())];
+                let separation = n.separation;
+                let (mut bias, mut stiffness, mut leak) = (separation.max(0.0) / h, 1.0, 0.0);
+                if let Some(soft) = soft
+                    && separation <= 0.0
+                {
+                    bias = soft.push_out(separation).max(-settings.max_push_out);
+                    stiffness = soft.mass_scale;
+                    leak = soft.impulse_scale;
                 }
+                let correction = n.row.mass * stiffness * (pair.relative(&n.row) + bias);
+                let total = (n.impulse - correction - leak * (n.impulse - n.load)).max(0.0);
+                let change = total - n.impulse;
+                pair.push(&n.row, change);
+                largest = largest.max(change.abs() / n.row.mass);
+                n.impulse = total;
             }
             if soft.is_none() {
                 for n in points {
@@ -414,11 +417,10 @@ impl Solver {
 }
 
 /// Which of `count` points of a patch comes as the `k`-th of a sweep. Every third, so that points across the patch follow
-/// one another and its lean is settled first; there and back, because sweeps in one direction leave an error that goes
-/// round and round, and a lamp rocks for ever.
+/// one another and its lean is settled first.
 #[inline]
-fn turn_of(k: usize, sweep: u32, count: usize) -> usize {
-    let k = if sweep.is_multiple_of(2) { k } else { count - 1 - k };
+fn turn_of(k: usize, backwards: bool, count: usize) -> usize {
+    let k = if backwards { count - 1 - k } else { k };
     if count.is_multiple_of(3) { k } else { 3 * k % count }
 }
 
