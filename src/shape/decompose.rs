@@ -5,9 +5,10 @@
 //! would slice it into discs). All are merged down to the budget and the one that bulges least is kept.
 
 use super::ShapeSettings;
+use super::cover::fit;
 use super::hull::Hull;
 use super::merge::{Limits, merge};
-use super::reduce::{Levels, reduce};
+use super::reduce::Levels;
 use super::solid::Solid;
 use super::split::{Piece, clip, components, split};
 use glam::Vec3;
@@ -21,7 +22,7 @@ const COMPARTMENT: f32 = 0.004;
 /// Meshes of more connected components than this are not cut like a cake: they are no bowls.
 const CAKE_COMPONENTS: usize = 4;
 
-/// Convex parts of the triangles (scaled, m), at most `budget`; their hulls cover the surface up to the reduction.
+/// Convex parts of the triangles (scaled, m), at most `budget`; their hulls cover the surface.
 pub(super) fn decompose(
     triangles: &[[Vec3; 3]],
     solid: &Solid,
@@ -33,9 +34,8 @@ pub(super) fn decompose(
     let Some(whole) = Piece::new(triangles.to_vec(), solid) else {
         return Vec::new();
     };
-    let finish = |hull: &Hull| reduce(hull, levels, settings.soft_vertices, settings.max_vertices);
     if solid.protrusion(&whole.hull).1 <= CONVEX * whole.hull.volume() {
-        return vec![finish(&whole.hull)];
+        return fit(vec![whole.hull], levels, budget, settings);
     }
     // A layer of this depth over the whole hull, shared by the parts.
     let layer = 0.5 * settings.accuracy * settings.accuracy * whole.hull.area();
@@ -75,7 +75,7 @@ pub(super) fn decompose(
     let Some((_, closed, hulls)) = best else {
         return Vec::new();
     };
-    let hulls: Vec<Hull> = without_hidden(hulls).iter().map(finish).collect();
+    let hulls = fit(without_hidden(hulls), levels, budget, settings);
     if hulls.len() > budget {
         notes.push(format!("{} parts, more than the {budget} of its category, to keep compartments open", hulls.len()));
     }

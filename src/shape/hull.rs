@@ -103,6 +103,17 @@ impl Hull {
         self.planes.iter().map(along).fold(f32::INFINITY, f32::min)
     }
 
+    /// Edges between triangles, each once.
+    pub fn edges(&self) -> Vec<[u32; 2]> {
+        let mut edges: Vec<[u32; 2]> = (self.triangles.iter())
+            .flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]])
+            .map(|[i, j]| [i.min(j), i.max(j)])
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
     /// How far `point` lies outside the farthest face plane, m; negative inside. A lower bound of the distance.
     pub fn excess(&self, point: Vec3) -> f32 {
         self.planes.iter().map(|n| n.truncate().dot(point) - n.w).fold(f32::NEG_INFINITY, f32::max)
@@ -123,6 +134,29 @@ pub fn solid_hull(points: &[Vec3]) -> Option<(Vec<Vec3>, Vec<[u32; 3]>)> {
 /// Lowest and highest corner of the box around `points`.
 pub(super) fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
     points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)))
+}
+
+/// Points of a surface on both sides of the plane `normal · x = offset`, those in the plane on both.
+pub(super) fn plane_sides(vertices: &[Vec3], edges: &[[u32; 2]], normal: Vec3, offset: f32) -> (Vec<Vec3>, Vec<Vec3>) {
+    let heights: Vec<f32> = vertices.iter().map(|v| normal.dot(*v) - offset).collect();
+    let (mut below, mut above) = (Vec::new(), Vec::new());
+    for (v, h) in vertices.iter().zip(&heights) {
+        if *h <= 0.0 {
+            below.push(*v);
+        }
+        if *h >= 0.0 {
+            above.push(*v);
+        }
+    }
+    for [i, j] in edges.iter().map(|e| e.map(|i| i as usize)) {
+        if heights[i] * heights[j] < 0.0 {
+            let share = heights[i] / (heights[i] - heights[j]);
+            let cut = vertices[i] + (vertices[j] - vertices[i]) * share;
+            below.push(cut);
+            above.push(cut);
+        }
+    }
+    (below, above)
 }
 
 /// `count` directions spread evenly over the sphere (Fibonacci lattice), after the six axis directions.

@@ -24,9 +24,9 @@ pub struct Quality {
     pub vertices: usize,
     /// Volume of the union of the parts over what of it is not free space.
     pub volume_ratio: f32,
-    /// 95th percentile of the distance of part vertices from the mesh surface, mm.
+    /// 95th percentile of how far part vertices lie outside the mesh, mm.
     pub outward_p95_mm: f32,
-    /// Largest distance of a part vertex from the mesh surface, mm.
+    /// Farthest that a part vertex lies outside the mesh, mm.
     pub outward_max_mm: f32,
     /// 95th percentile, over the area of the parts' faces, of how far they reach into free space, mm.
     pub bulge_p95_mm: f32,
@@ -55,7 +55,7 @@ pub(super) fn measure(parts: &[Hull], triangles: &[[Vec3; 3]], solid: &Solid, le
     let faces = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     if let Ok(surface) = TriMesh::new(corners.to_vec(), faces) {
         let mut outward: Vec<f32> =
-            parts.iter().flat_map(|p| &p.vertices).map(|&v| 1e3 * surface.distance_to_local_point(v, false)).collect();
+            parts.iter().flat_map(|p| &p.vertices).map(|&v| 1e3 * beyond(v, &surface, triangles, solid)).collect();
         (quality.outward_p95_mm, quality.outward_max_mm) = tail(&mut outward);
         let mut bulge: Vec<f32> =
             face_samples(parts).into_iter().map(|p| 1e3 * beyond(p, &surface, triangles, solid)).collect();

@@ -2,11 +2,13 @@
 //!
 //! A decomposition error becomes a placement error: parts that bulge make a mug float, parts that cut off feet make it
 //! sink. So the surface is cut exactly (`split`), the pieces are merged by the bulge they add (`merge`), the hulls lose
-//! vertices only where it does not show (`reduce`), and both errors are measured (`measure`).
+//! vertices where it shows least (`reduce`) and grow until they cover the surface again (`cover`), and both errors are
+//! measured (`measure`).
 
 mod cache;
 mod category;
 mod convex_hull;
+mod cover;
 mod decompose;
 mod eigen;
 mod hull;
@@ -42,7 +44,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 10";
+const ALGORITHM: &str = "shape 13";
 /// Vertices farther from the mesh's origin than this lose millimetres to rounding, m.
 const MAX_REACH: f32 = 1000.0;
 /// Parts that leave more of the mesh than this share of its size uncovered are worth a note.

@@ -5,7 +5,7 @@
 //! are evenly spaced and, above all, the planes of large flat facets: the underside of a table top is where it parts
 //! from its legs. What a cut disconnects (four legs) falls apart at once.
 
-use super::hull::{Hull, MIN_THICKNESS, directions, support};
+use super::hull::{Hull, MIN_THICKNESS, directions, plane_sides, support};
 use super::solid::Solid;
 use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -84,7 +84,7 @@ fn best_cut(piece: &Piece, solid: &Solid, up: Vec3) -> Option<(Vec3, f32)> {
     let facets = spans.iter().flat_map(|s| s.facets(piece, solid.cell()).into_iter().map(|at| (s.normal, at)));
     let mut best: Option<(f32, Vec3, f32)> = None;
     for (normal, offset) in facets.chain(spans.iter().flat_map(|s| s.even().map(|at| (s.normal, at)))) {
-        let (below, above) = wire.sides(normal, offset);
+        let (below, above) = plane_sides(&wire.vertices, &wire.edges, normal, offset);
         let (Some(below), Some(above)) = (Hull::coarse(&below, &probes), Hull::coarse(&above, &probes)) else {
             continue;
         };
@@ -155,29 +155,6 @@ impl Wire {
         edges.sort_unstable();
         edges.dedup();
         Self { vertices, edges }
-    }
-
-    /// Points of the surface on both sides of a plane, those in the plane on both.
-    fn sides(&self, normal: Vec3, offset: f32) -> (Vec<Vec3>, Vec<Vec3>) {
-        let heights: Vec<f32> = self.vertices.iter().map(|v| normal.dot(*v) - offset).collect();
-        let (mut below, mut above) = (Vec::new(), Vec::new());
-        for (v, h) in self.vertices.iter().zip(&heights) {
-            if *h <= 0.0 {
-                below.push(*v);
-            }
-            if *h >= 0.0 {
-                above.push(*v);
-            }
-        }
-        for [i, j] in self.edges.iter().map(|e| e.map(|i| i as usize)) {
-            if heights[i] * heights[j] < 0.0 {
-                let share = heights[i] / (heights[i] - heights[j]);
-                let cut = self.vertices[i] + (self.vertices[j] - self.vertices[i]) * share;
-                below.push(cut);
-                above.push(cut);
-            }
-        }
-        (below, above)
     }
 }
 
