@@ -93,6 +93,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let canonicalization = canonicalization.as_ref();
     let described = Run { input: &input, backend: &processor, seed: args.seed, shape_seconds, canonicalization };
     let report = Report::new(described, &scene, &shapes, &config, &outcome);
+    say(format_args!("{}", report.summary().exact()));
     let files = files(&scene, &shapes, &outcome, &report, &dir)?;
     let earlier = output::earlier_parts(&dir);
     output::write_all(&dir, &files)?;

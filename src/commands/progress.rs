@@ -80,6 +80,7 @@ impl SearchProgress {
                 }
             }
             Event::Settling => self.stage("settling to rest"),
+            Event::Parting => self.stage("parting the meshes"),
             Event::Verifying => self.stage("checking the result"),
         }
     }

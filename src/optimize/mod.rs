@@ -1,10 +1,12 @@
-//! From a broken layout to one that stands: local groups, then the whole scene, then settling and a check.
+//! From a broken layout to one that stands: local groups, then the whole scene, then settling, the parting of meshes
+//! that touch, and a check.
 //!
 //! The optimizer sees the world through the `Backend` trait and does not know which processor runs it.
 
 mod cem;
 mod checkpoint;
 mod config;
+mod exact;
 mod groups;
 mod outcome;
 mod replay;
@@ -19,6 +21,7 @@ mod whole;
 
 pub use checkpoint::Checkpoint;
 pub use config::{Config, ResultFrom, SettleSettings, VerifySettings};
+pub use exact::{Clearances, MeshOverlap, part_meshes};
 pub use outcome::{Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, Outcome, Timings};
 pub use replay::{Candidate, Replay, replay};
 pub use retry::run_on;

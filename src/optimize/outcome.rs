@@ -1,5 +1,6 @@
 //! What a run tells while it goes and what it leaves.
 
+use super::Clearances;
 use crate::scene::Pose;
 use crate::world::{Energy, Flow, IterationStats, KernelTime, Status};
 use serde::{Deserialize, Serialize};
@@ -36,6 +37,8 @@ pub enum Event<'a> {
     },
     /// The winner settles to rest.
     Settling,
+    /// Meshes that touch are parted.
+    Parting,
     /// The result is checked.
     Verifying,
 }
@@ -115,6 +118,8 @@ pub struct Timings {
     pub global: f64,
     /// Settling.
     pub settle: f64,
+    /// Parting of the meshes.
+    pub exact: f64,
     /// Check.
     pub verify: f64,
 }
@@ -136,6 +141,8 @@ pub struct Outcome {
     pub settled_after: f64,
     /// True if everything came to rest while settling.
     pub at_rest: bool,
+    /// How the meshes themselves lie.
+    pub clearances: Clearances,
     /// What the user should know, in whole sentences.
     pub notes: Vec<String>,
 }

@@ -4,6 +4,7 @@ use super::{
     Checkpoint, Config, Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings,
     cem,
     config::ResultFrom,
+    exact::part_meshes,
     groups::{self, Group},
     rig::Rig,
     seat::Seat,
@@ -53,6 +54,7 @@ pub fn run(
 /// What stays the same over all groups.
 pub(super) struct Run<'a> {
     scene: &'a Scene,
+    shapes: &'a [Shape],
     pub rigs: Vec<Rig>,
     input: Vec<scene::Pose>,
     /// What the layout term compares with: the input at the heights of its supports.
@@ -68,7 +70,7 @@ impl<'a> Run<'a> {
     /// Plans the groups and sets the objects onto their supports.
     pub fn new(
         scene: &'a Scene,
-        shapes: &[Shape],
+        shapes: &'a [Shape],
         backend: &'a dyn Backend,
         config: &'a Config,
         seed: u64,
@@ -85,7 +87,18 @@ impl<'a> Run<'a> {
             Seat { scene, rigs: &rigs, backend, simulation, settings: &config.settle }.run(&mut seated)?;
         }
         let seat_seconds = clock.elapsed().as_secs_f64();
-        Ok(Self { scene, rigs, input, seated, seat_seconds, groups: groups::plan(scene), backend, config, seed })
+        Ok(Self {
+            scene,
+            shapes,
+            rigs,
+            input,
+            seated,
+            seat_seconds,
+            groups: groups::plan(scene),
+            backend,
+            config,
+            seed,
+        })
     }
 
     pub fn settings(&self, group: &Group) -> SearchSettings {
@@ -204,6 +217,7 @@ impl<'a> Run<'a> {
         let (mut settled_after, mut at_rest) = (0.0, true);
         let mut verified = None;
         let mut overlaps = vec![0.0; layout.len()];
+        let clearances;
         if let Some(global) = self.groups.last() {
             let world = global.world(&self.rigs, &layout, &self.seated);
             let clock = Instant::now();
@@ -211,6 +225,11 @@ impl<'a> Run<'a> {
             let starts = self.starts(global, &layout);
             (settled_after, at_rest) = self.settle(global, &world, &starts, &mut layout, &mut state.notes)?;
             timings.settle = clock.elapsed().as_secs_f64();
+
+            let clock = Instant::now();
+            observer.event(Event::Parting);
+            clearances = part_meshes(self.scene, self.shapes, &mut layout);
+            timings.exact = clock.elapsed().as_secs_f64();
 
             let clock = Instant::now();
             observer.event(Event::Verifying);
@@ -227,7 +246,11 @@ impl<'a> Run<'a> {
                 state.notes.push("the check could not be simulated: nothing is known to be stable".into());
             }
         } else {
-            state.notes.push("nothing in the scene is movable: it stays as it is".into());
+            clearances = part_meshes(self.scene, self.shapes, &mut layout);
+            state.notes.push("nothing in the scene is movable: no search, no simulation".into());
+        }
+        if !clearances.complete {
+            state.notes.push("the meshes are too large to be looked at whole: some may still overlap".into());
         }
         Ok(Outcome {
             objects: self.assess(&layout, verified.as_ref(), &overlaps),
@@ -237,6 +260,7 @@ impl<'a> Run<'a> {
             timings,
             settled_after,
             at_rest,
+            clearances,
             notes: state.notes,
         })
     }

@@ -2,7 +2,7 @@
 
 use super::Summary;
 use crate::canonicalize::Canonicalization;
-use crate::optimize::{Config, GroupRecord, IterationRecord, ObjectOutcome, Outcome};
+use crate::optimize::{Config, GroupRecord, IterationRecord, MeshOverlap, ObjectOutcome, Outcome};
 use crate::scene::Scene;
 use crate::shape::{Quality, Shape};
 use crate::world::{Energy, KernelTime, Status};
@@ -38,6 +38,8 @@ pub struct Report<'a> {
     summary: Summary,
     notes: Vec<&'a str>,
     objects: Vec<Object<'a>>,
+    /// Pairs whose meshes still meet.
+    mesh_overlaps: Vec<Overlap<'a>>,
     groups: Vec<Group<'a>>,
     iterations: Vec<Iteration<'a>>,
     /// Candidates of the whole run by status bit.
@@ -60,10 +62,31 @@ struct Object<'a> {
     stable: bool,
     fallen: bool,
     lost_support: bool,
+    exact: Exact,
     check: Check,
     mass: f32,
     shape: &'a Quality,
     notes: &'a [String],
+}
+
+/// What the exact step did with the object, m.
+#[derive(Debug, Serialize)]
+struct Exact {
+    /// Upwards.
+    raised: f64,
+    /// Sideways.
+    shifted: f64,
+    /// How far its mesh could fall before it meets another or the ground: the clearance at which it rests. None if that
+    /// is more than 5 cm.
+    clearance: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Overlap<'a> {
+    a: &'a str,
+    b: &'a str,
+    /// The shortest shift that would part them, m; none if none within reach does.
+    depth: Option<f64>,
 }
 
 /// What the check measured from the result on.
@@ -115,15 +138,18 @@ struct Seconds {
     local: f64,
     global: f64,
     settle: f64,
+    exact: f64,
     verify: f64,
 }
 
 impl<'a> Report<'a> {
     /// Puts together what is known. All lists are in the scene's order.
     pub fn new(run: Run<'a>, scene: &'a Scene, shapes: &'a [Shape], config: &'a Config, outcome: &'a Outcome) -> Self {
-        let objects = (scene.objects.iter().zip(shapes).zip(&outcome.objects))
-            .map(|((object, shape), outcome)| self::object(&object.name, shape, config, outcome))
+        let objects = (scene.objects.iter().zip(shapes).zip(&outcome.objects).zip(exact(outcome)))
+            .map(|(((object, shape), outcome), exact)| self::object(&object.name, shape, config, outcome, exact))
             .collect();
+        let name = |object: usize| scene.objects[object].name.as_str();
+        let overlap = |&MeshOverlap { objects: [a, b], depth }: &MeshOverlap| Overlap { a: name(a), b: name(b), depth };
         let mut flagged = [0; Status::NAMES.len()];
         for group in &outcome.groups {
             for (sum, count) in flagged.iter_mut().zip(group.flagged) {
@@ -140,6 +166,7 @@ impl<'a> Report<'a> {
             summary: Summary::new(scene, outcome),
             notes: scene.warnings.iter().chain(&outcome.notes).map(String::as_str).collect(),
             objects,
+            mesh_overlaps: outcome.clearances.overlaps.iter().map(overlap).collect(),
             groups: outcome.groups.iter().map(group).collect(),
             iterations: (outcome.iterations.iter())
                 .map(|IterationRecord { group, stats }| Iteration {
@@ -160,6 +187,7 @@ impl<'a> Report<'a> {
                 local: timings.local,
                 global: timings.global,
                 settle: timings.settle,
+                exact: timings.exact,
                 verify: timings.verify,
             },
             kernels_ms: kernels(&outcome.groups),
@@ -173,7 +201,16 @@ impl<'a> Report<'a> {
     }
 }
 
-fn object<'a>(name: &'a str, shape: &'a Shape, config: &Config, outcome: &ObjectOutcome) -> Object<'a> {
+fn exact(outcome: &Outcome) -> impl Iterator<Item = Exact> {
+    let clearances = &outcome.clearances;
+    clearances.shifts.iter().zip(&clearances.drops).map(|(shift, &clearance)| Exact {
+        raised: shift.y,
+        shifted: shift.x.hypot(shift.z),
+        clearance,
+    })
+}
+
+fn object<'a>(name: &'a str, shape: &'a Shape, config: &Config, outcome: &ObjectOutcome, exact: Exact) -> Object<'a> {
     Object {
         name,
         simulated: outcome.simulated,
@@ -182,6 +219,7 @@ fn object<'a>(name: &'a str, shape: &'a Shape, config: &Config, outcome: &Object
         stable: outcome.stable,
         fallen: outcome.fallen,
         lost_support: outcome.lost_support,
+        exact,
         check: Check {
             drift: outcome.drift,
             turn: outcome.drift_turn,

@@ -28,6 +28,14 @@ pub struct Summary {
     pub fallen: Vec<String>,
     /// Names of the objects that their parent no longer bears.
     pub lost_support: Vec<String>,
+    /// How many those are.
+    pub support_violations: usize,
+    /// Farthest that the exact step moved an object, m, and how many it moved.
+    pub max_parted: f64,
+    /// Objects that the exact step moved.
+    pub parted: usize,
+    /// Pairs of objects whose meshes still meet, by name.
+    pub mesh_overlaps: Vec<[String; 2]>,
 }
 
 impl Summary {
@@ -47,6 +55,8 @@ impl Summary {
         };
         let (mean_moved, max_moved) = over(|object| object.moved);
         let (mean_drift, max_drift) = over(|object| object.drift);
+        let lost_support = names(|object| object.lost_support);
+        let parted = || outcome.clearances.shifts.iter().map(|shift| shift.length()).filter(|shift| *shift > 0.0);
         Self {
             objects: outcome.objects.len(),
             simulated: simulated.len(),
@@ -57,8 +67,27 @@ impl Summary {
             max_drift,
             unstable: names(|object| object.simulated && !object.stable),
             fallen: names(|object| object.fallen),
-            lost_support: names(|object| object.lost_support),
+            support_violations: lost_support.len(),
+            lost_support,
+            max_parted: parted().fold(0.0, f64::max),
+            parted: parted().count(),
+            mesh_overlaps: (outcome.clearances.overlaps.iter())
+                .map(|overlap| overlap.objects.map(|object| scene.objects[object].name.clone()))
+                .collect(),
         }
+    }
+}
+
+impl Summary {
+    /// What the exact step did, in a line.
+    pub fn exact(&self) -> String {
+        format!(
+            "exact step: {} of {} objects moved, {:.2} mm at most; {} pairs of meshes still overlap",
+            self.parted,
+            self.objects,
+            1e3 * self.max_parted,
+            self.mesh_overlaps.len()
+        )
     }
 }
 
@@ -72,6 +101,8 @@ impl Display for Summary {
         writeln!(f, "drift in the check  {}", millimetres(self.mean_drift, self.max_drift))?;
         writeln!(f, "unstable            {}", list(&self.unstable))?;
         writeln!(f, "fallen over         {}", list(&self.fallen))?;
-        write!(f, "lost support        {}", list(&self.lost_support))
+        writeln!(f, "lost support        {}", list(&self.lost_support))?;
+        let overlapping: Vec<String> = self.mesh_overlaps.iter().map(|[a, b]| format!("{a} and {b}")).collect();
+        write!(f, "meshes overlapping  {}", list(&overlapping))
     }
 }

@@ -66,6 +66,8 @@ pub struct Shape {
     pub parts: Vec<Part>,
     /// Mass, centre and inertia of the union of the parts at uniform density.
     pub mass: MassProperties,
+    /// The scaled mesh, m.
+    pub surface: Mesh,
     /// Lowest and highest corner of the scaled mesh, m.
     pub bounds: [Vec3; 2],
     /// How well the parts stand for the mesh.
@@ -268,6 +270,7 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
     Ok(Shape {
         parts: entry.parts.into_iter().map(|vertices| Part { vertices }).collect(),
         mass: MassProperties { mass, center: entry.center, axes: entry.axes, inertia: entry.inertia * mass },
+        surface: mesh,
         bounds: [low, high],
         quality: entry.quality,
         notes: entry.notes.into_iter().chain(warning).collect(),
