@@ -18,6 +18,8 @@ pub struct Config {
     pub simulation: SimSettings,
     /// True: objects are set onto their supports before the search. False: they start where the scene says.
     pub seat: bool,
+    /// True: meshes that touch in the result are parted. False: they are only reported.
+    pub exact: bool,
     /// What a candidate costs.
     pub energy: EnergyWeights,
     /// The search of a local group.

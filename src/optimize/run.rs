@@ -1,10 +1,10 @@
 //! The whole run: groups in order, then settling, then the check, then what became of every object.
 
 use super::{
-    Checkpoint, Config, Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings,
-    cem,
+    Checkpoint, Clearances, Config, Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, OptimizeError,
+    Outcome, Timings, cem,
     config::ResultFrom,
-    exact::part_meshes,
+    exact,
     groups::{self, Group},
     rig::Rig,
     seat::Seat,
@@ -228,7 +228,7 @@ impl<'a> Run<'a> {
 
             let clock = Instant::now();
             observer.event(Event::Parting);
-            clearances = part_meshes(self.scene, self.shapes, &mut layout);
+            clearances = self.part(&mut layout);
             timings.exact = clock.elapsed().as_secs_f64();
 
             let clock = Instant::now();
@@ -246,7 +246,7 @@ impl<'a> Run<'a> {
                 state.notes.push("the check could not be simulated: nothing is known to be stable".into());
             }
         } else {
-            clearances = part_meshes(self.scene, self.shapes, &mut layout);
+            clearances = self.part(&mut layout);
             state.notes.push("nothing in the scene is movable: no search, no simulation".into());
         }
         if !clearances.complete {
@@ -263,6 +263,13 @@ impl<'a> Run<'a> {
             clearances,
             notes: state.notes,
         })
+    }
+
+    fn part(&self, layout: &mut [scene::Pose]) -> Clearances {
+        match self.config.exact {
+            true => exact::part_meshes(self.scene, self.shapes, layout),
+            false => exact::look(self.scene, self.shapes, layout),
+        }
     }
 
     fn settle(

@@ -55,6 +55,11 @@ pub fn part_meshes(scene: &Scene, shapes: &[Shape], layout: &mut [Pose]) -> Clea
     exact.clearances()
 }
 
+/// How the meshes of a layout lie.
+pub(super) fn look(scene: &Scene, shapes: &[Shape], layout: &[Pose]) -> Clearances {
+    Exact::new(scene, shapes, layout).clearances()
+}
+
 /// A direction in which an object may be moved.
 struct Heading {
     /// Rows are three axes, the last is the direction.
