@@ -1,5 +1,6 @@
 //! Triangles as a surface: points spread over it, and the nearest points on it.
 
+use crate::shape::triangle::meet;
 use glam::{DVec3, Vec3};
 use parry3d::partitioning::BvhNode;
 use parry3d::query::PointQuery;
@@ -52,7 +53,7 @@ impl Surface {
             (a.mins - slack).cmple(b.maxs + shift).all() && (b.mins + shift).cmple(a.maxs + slack).all()
         };
         let pairs = self.mesh.bvh().leaf_pairs(other.mesh.bvh(), near);
-        pairs.into_iter().any(|(i, j)| triangles_meet(&self.triangles[i as usize], &other.triangles[j as usize]))
+        pairs.into_iter().any(|(i, j)| meet(&self.triangles[i as usize], &other.triangles[j as usize]))
     }
 
     /// Distance of each of `points` from the surface, m.
@@ -85,25 +86,4 @@ pub(super) fn spread(triangles: &[[DVec3; 3]], count: usize) -> Vec<DVec3> {
 /// m².
 fn area([a, b, c]: &[DVec3; 3]) -> f64 {
     0.5 * (*b - *a).cross(*c - *a).length()
-}
-
-/// True if an edge of either triangle passes through the other or ends on it. Two triangles of one plane do not meet
-/// by this; in meshes that overlap others do.
-fn triangles_meet(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
-    let edges = |t: &[DVec3; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
-    edges(a).iter().any(|edge| passes(edge, b)) || edges(b).iter().any(|edge| passes(edge, a))
-}
-
-/// True if the segment meets the triangle: its ends are on two sides of the plane, and its line is on one side of all
-/// three edges.
-fn passes([p, q]: &[DVec3; 2], [a, b, c]: &[DVec3; 3]) -> bool {
-    let normal = (*b - *a).cross(*c - *a);
-    let (above, below) = (normal.dot(*p - *a), normal.dot(*q - *a));
-    if above * below > 0.0 || above == below {
-        return false;
-    }
-    let along = *q - *p;
-    let side = |from: &DVec3, to: &DVec3| along.dot((*from - *p).cross(*to - *p));
-    let sides = [side(a, b), side(b, c), side(c, a)];
-    sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
 }

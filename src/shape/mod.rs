@@ -22,6 +22,7 @@ mod read;
 mod reduce;
 mod solid;
 mod split;
+pub(crate) mod triangle;
 
 pub use cache::{CACHE_VARIABLE, Cache};
 pub use category::{part_budget, typical_mass};

@@ -8,7 +8,6 @@
 
 mod surface;
 mod tolerances;
-mod triangle;
 
 use super::groups::subtree;
 use crate::scene::{Parent, Pose, Root, Scene};

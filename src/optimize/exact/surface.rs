@@ -1,9 +1,9 @@
 //! A posed mesh with a tree of boxes over its triangles, which looks along a direction or around itself at another.
 
 use super::tolerances::ROUNDING;
-use super::triangle::{Triangle, blocked, way};
 use crate::scene::Pose;
 use crate::shape::Mesh;
+use crate::shape::triangle::{Triangle, blocked, way};
 use glam::{DMat3, DVec3, Vec3};
 use parry3d::bounding_volume::Aabb;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhNode};

@@ -3,11 +3,11 @@
 use glam::{DMat3, DVec2, DVec3};
 
 /// Corners, m.
-pub(super) type Triangle = [DVec3; 3];
+pub(crate) type Triangle = [DVec3; 3];
 
 /// The shifts t, m, at which `a` moved by t · (third axis of `frame`) meets `b`: one interval, as both are convex. Its
 /// ends are where a corner meets a face or an edge an edge. `frame`: rows are the axes.
-pub(super) fn blocked(a: &Triangle, b: &Triangle, frame: &DMat3) -> Option<[f64; 2]> {
+pub(crate) fn blocked(a: &Triangle, b: &Triangle, frame: &DMat3) -> Option<[f64; 2]> {
     let (a, b) = (a.map(|p| *frame * p), b.map(|p| *frame * p));
     let (flat_a, flat_b) = (a.map(|p| p.truncate()), b.map(|p| p.truncate()));
     let low = |t: &[DVec2; 3]| t[0].min(t[1]).min(t[2]);
@@ -16,19 +16,19 @@ pub(super) fn blocked(a: &Triangle, b: &Triangle, frame: &DMat3) -> Option<[f64;
         return None;
     }
     let mut found = [f64::INFINITY, f64::NEG_INFINITY];
-    let mut meet = |t: f64| found = [found[0].min(t), found[1].max(t)];
+    let mut touch = |t: f64| found = [found[0].min(t), found[1].max(t)];
     for p in a {
-        height(&b, &flat_b, p.truncate()).into_iter().for_each(|h| meet(h - p.z));
+        height(&b, &flat_b, p.truncate()).into_iter().for_each(|h| touch(h - p.z));
     }
     for p in b {
-        height(&a, &flat_a, p.truncate()).into_iter().for_each(|h| meet(p.z - h));
+        height(&a, &flat_a, p.truncate()).into_iter().for_each(|h| touch(p.z - h));
     }
     for i in 0..3 {
         let j = (i + 1) % 3;
         for k in 0..3 {
             let l = (k + 1) % 3;
             if let Some([s, r]) = crossing([flat_a[i], flat_a[j]], [flat_b[k], flat_b[l]]) {
-                meet(b[k].z + r * (b[l].z - b[k].z) - a[i].z - s * (a[j].z - a[i].z));
+                touch(b[k].z + r * (b[l].z - b[k].z) - a[i].z - s * (a[j].z - a[i].z));
             }
         }
     }
@@ -56,8 +56,8 @@ fn crossing([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> Option<[f64; 2]> {
 }
 
 /// The shortest way from `b` to `a`, m; zero if they meet.
-pub(super) fn way(a: &Triangle, b: &Triangle) -> DVec3 {
-    if pierces(a, b) || pierces(b, a) {
+pub(crate) fn way(a: &Triangle, b: &Triangle) -> DVec3 {
+    if meet(a, b) {
         return DVec3::ZERO;
     }
     let mut best = DVec3::INFINITY;
@@ -74,6 +74,11 @@ pub(super) fn way(a: &Triangle, b: &Triangle) -> DVec3 {
         }
     }
     best
+}
+
+/// True if the triangles meet; touching counts. Two of one plane do not, but then others of their meshes do.
+pub(crate) fn meet(a: &Triangle, b: &Triangle) -> bool {
+    pierces(a, b) || pierces(b, a)
 }
 
 /// True if an edge of `a` passes through `b`.
