@@ -1,4 +1,5 @@
-//! Turns `shaders/*.wgsl` into `$OUT_DIR/shaders.rs`, or fails with every error of every shader.
+//! Turns `shaders/*.wgsl` into `$OUT_DIR/shaders.rs` and `shaders/raster/*.wgsl` into `$OUT_DIR/raster.rs`, or fails with
+//! every error of every shader.
 
 #[path = "build/check.rs"]
 mod check;
@@ -6,6 +7,8 @@ mod check;
 mod compose;
 #[path = "build/generate.rs"]
 mod generate;
+#[path = "build/raster.rs"]
+mod raster;
 #[path = "build/reflect.rs"]
 mod reflect;
 #[path = "build/translate.rs"]
@@ -27,7 +30,9 @@ fn main() -> ExitCode {
     }
     let constants = fs::read_to_string(CONSTANTS).expect("the constants belong to this package");
     let library = compose::Library::read(Path::new("shaders"), &constants).expect("the shaders belong to this package");
-    let (kernels, errors) = reflect::kernels(&library, translate::translate);
+    let (kernels, mut errors) = reflect::kernels(&library, translate::translate);
+    let (rasters, found) = raster::rasters(&library, translate::translate);
+    errors.extend(found);
     for error in &errors {
         eprintln!("{error}");
     }
@@ -38,5 +43,6 @@ fn main() -> ExitCode {
     let out = env::var_os("OUT_DIR").expect("cargo sets it");
     fs::write(Path::new(&out).join("shaders.rs"), generate::source(&kernels, &constants))
         .expect("cargo's folder can be written");
+    fs::write(Path::new(&out).join("raster.rs"), raster::source(&rasters)).expect("cargo's folder can be written");
     ExitCode::SUCCESS
 }

@@ -45,12 +45,14 @@ pub struct File {
 pub struct Library {
     /// One kernel a file.
     pub kernels: BTreeMap<String, File>,
+    /// Vertex and fragment shaders, the stages of one kind of picture a file.
+    pub rasters: BTreeMap<String, File>,
     /// What kernels import.
     pub shared: BTreeMap<String, File>,
 }
 
 impl Library {
-    /// Reads `folder/*.wgsl` and `folder/shared/*.wgsl`.
+    /// Reads `folder/*.wgsl`, `folder/raster/*.wgsl` and `folder/shared/*.wgsl`.
     ///
     /// # Errors
     /// If a file cannot be read.
@@ -58,14 +60,19 @@ impl Library {
         let mut shared = files(&folder.join("shared"))?;
         let prelude = File { path: "src/world/constants.rs".into(), text: translate_constants(constants) };
         shared.insert(CONSTANTS.into(), prelude);
-        Ok(Self { kernels: files(folder)?, shared })
+        Ok(Self { kernels: files(folder)?, rasters: files(&folder.join("raster"))?, shared })
     }
 
     /// Puts one kernel together; the errors say which import is unknown, and where.
     pub fn compose(&self, name: &str) -> Result<Composed, Vec<String>> {
+        self.compose_file(name, &self.kernels[name])
+    }
+
+    /// Puts any file together.
+    pub fn compose_file(&self, name: &str, file: &File) -> Result<Composed, Vec<String>> {
         let mut composed = Composed { name: name.into(), source: String::new(), origins: Vec::new() };
         let (mut seen, mut errors) = (Vec::new(), Vec::new());
-        self.append(&self.kernels[name], &mut composed, &mut seen, &mut errors);
+        self.append(file, &mut composed, &mut seen, &mut errors);
         if errors.is_empty() { Ok(composed) } else { Err(errors) }
     }
 

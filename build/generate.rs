@@ -71,14 +71,8 @@ fn write_checks(out: &mut String, kernels: &[Kernel], constants_file: &str) -> s
         structs.entry(name).or_default().insert(layout);
     }
     writeln!(out, "const _: () = {{\n    use std::mem::offset_of;")?;
-    for (name, Layout { bytes, members }) in
-        structs.iter().flat_map(|(name, all)| all.iter().map(move |one| (name, *one)))
-    {
-        writeln!(out, "    assert!(size_of::<{name}>() == {bytes}, \"size of {name}\");")?;
-        for (member, offset) in members {
-            writeln!(out, "    assert!(offset_of!({name}, {member}) == {offset}, \"{name}::{member}\");")?;
-        }
-    }
+    let structs = structs.iter().flat_map(|(name, all)| all.iter().map(move |one| (name.as_str(), *one)));
+    write_layouts(out, structs)?;
     for Binding { element, bytes, .. } in kernels.iter().flat_map(|kernel| &kernel.bindings) {
         writeln!(out, "    assert!(size_of::<{element}>() == {bytes}, \"stride of {element}\");")?;
     }
@@ -95,6 +89,20 @@ fn write_checks(out: &mut String, kernels: &[Kernel], constants_file: &str) -> s
         writeln!(out, "    #[allow(missing_docs)]\n    pub const {name}: {value};")?;
     }
     writeln!(out, "}}")
+}
+
+/// Compile-time checks that structs lie in memory as the shaders say.
+pub fn write_layouts<'a>(
+    out: &mut String,
+    structs: impl Iterator<Item = (&'a str, &'a Layout)>,
+) -> std::fmt::Result {
+    for (name, Layout { bytes, members }) in structs {
+        writeln!(out, "    assert!(size_of::<{name}>() == {bytes}, \"size of {name}\");")?;
+        for (member, offset) in members {
+            writeln!(out, "    assert!(offset_of!({name}, {member}) == {offset}, \"{name}::{member}\");")?;
+        }
+    }
+    Ok(())
 }
 
 /// `broad_phase` → `BroadPhase`.

@@ -170,7 +170,7 @@ fn rust_type(module: &Module, handle: Handle<Type>) -> Option<String> {
 }
 
 /// Collects the layout of a struct and of the structs in it.
-fn structs(module: &Module, layouter: &Layouter, handle: Handle<Type>, out: &mut BTreeMap<String, Layout>) {
+pub fn structs(module: &Module, layouter: &Layouter, handle: Handle<Type>, out: &mut BTreeMap<String, Layout>) {
     let ty = &module.types[handle];
     match &ty.inner {
         TypeInner::Array { base, .. } => structs(module, layouter, *base, out),

@@ -5,7 +5,7 @@ use crate::check::{parse, report};
 use crate::compose::Composed;
 use naga::back::{hlsl, msl, spv, wgsl};
 use naga::valid::ModuleInfo;
-use naga::{Module, ShaderStage};
+use naga::Module;
 
 /// What each platform has against the shader.
 pub fn translate(shader: &Composed, module: &Module, info: &ModuleInfo) -> Vec<String> {
@@ -34,8 +34,10 @@ fn directx(module: &Module, info: &ModuleInfo) -> Result<(), String> {
 }
 
 fn vulkan(module: &Module, info: &ModuleInfo) -> Result<(), String> {
-    let pipeline = spv::PipelineOptions { shader_stage: ShaderStage::Compute, entry_point: "main".into() };
-    spv::write_vec(module, info, &spv::Options::default(), Some(&pipeline)).map(drop).map_err(|e| e.to_string())
+    module.entry_points.iter().try_for_each(|entry| {
+        let pipeline = spv::PipelineOptions { shader_stage: entry.stage, entry_point: entry.name.clone() };
+        spv::write_vec(module, info, &spv::Options::default(), Some(&pipeline)).map(drop).map_err(|e| e.to_string())
+    })
 }
 
 /// Written out and read again, as a browser would.

@@ -12,6 +12,7 @@ pub mod gpu;
 pub mod import;
 pub mod metrics;
 pub mod optimize;
+pub mod render;
 pub mod report;
 pub mod scene;
 pub mod shape;

@@ -11,7 +11,9 @@ mod interrupt;
 mod optimize;
 mod output;
 mod probe;
+mod painter;
 mod progress;
+mod render;
 mod replay;
 mod shapes;
 mod simulate;
@@ -42,6 +44,7 @@ enum Command {
     Evaluate(evaluate::Args),
     Bench(bench::Args),
     Canonicalize(canonicalize::Args),
+    Render(render::Args),
     Adapters(adapters::Args),
     #[command(hide = true)]
     Probe(probe::Args),
@@ -59,6 +62,7 @@ impl Cli {
             Command::Evaluate(args) => evaluate::run(args),
             Command::Bench(args) => bench::run(args),
             Command::Canonicalize(args) => canonicalize::run(args),
+            Command::Render(args) => render::run(args),
             Command::Adapters(args) => adapters::run(args),
             Command::Probe(args) => probe::run(args),
         }

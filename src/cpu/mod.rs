@@ -10,6 +10,7 @@ pub mod integrate;
 pub mod moments;
 pub mod narrow_phase;
 pub mod place;
+mod raster;
 mod rollouts;
 pub mod sample;
 pub mod search;
@@ -17,6 +18,7 @@ mod simulate;
 mod solve;
 pub mod stats;
 
+pub use raster::CpuPainter;
 pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
 

@@ -16,6 +16,8 @@ mod pipelines;
 mod plan;
 mod population;
 mod rollouts;
+mod raster;
+mod raster_pipelines;
 mod search;
 mod self_test;
 mod simulation;
@@ -37,6 +39,7 @@ pub use layout::{
 pub use pipelines::identity;
 pub use plan::{Room, plan};
 pub use population::Population;
+pub use raster::GpuPainter;
 pub use search::GpuSearch;
 pub use self_test::self_test;
 pub use simulation::{Pace, Simulation, State};

@@ -32,6 +32,11 @@ impl Scene {
         [x, y, z, i, j, k, w]
     }
 
+    /// A position that the user gives in the file's frame and unit, in ours.
+    pub fn point_of_file(&self, point: DVec3) -> DVec3 {
+        self.frame.point(point)
+    }
+
     /// A velocity (m/s) in the file's frame, units/s.
     pub fn velocity_in_file(&self, velocity: DVec3) -> DVec3 {
         self.frame.direction_back(velocity) / self.frame.meters_per_unit

@@ -1,6 +1,6 @@
 //! A triangle mesh and the files that hold one: GLB, glTF, OBJ, PLY, STL.
 
-use super::read;
+use super::{Look, read};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 
@@ -33,5 +33,16 @@ pub struct MeshError {
 /// # Errors
 /// A file that is not there, not of a known format, damaged, without triangles, or with numbers that are not finite.
 pub fn read_mesh(path: &Path) -> Result<Mesh, MeshError> {
-    read::read(path)
+    read::read(path, None)
+}
+
+/// As [`read_mesh`], with how it looks. What is wrong with that is a note, never an error.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn read_look(path: &Path) -> Result<(Mesh, Look), MeshError> {
+    let mut look = Look::default();
+    let mesh = read::read(path, Some(&mut look))?;
+    look.complete(mesh.triangles.len());
+    Ok((mesh, look))
 }

@@ -11,7 +11,7 @@ use ::gltf::json::validation::Checked;
 use ::gltf::json::{Buffer, Index, Root};
 use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -53,6 +53,31 @@ impl<'a> Buffers<'a> {
             let axis = |i: usize| number(&bytes[i * kind.size()..], kind, accessor.normalized);
             Vec3::new(axis(0), axis(1), axis(2))
         })
+    }
+
+    /// Vectors of one of the types `wanted`, of floats or normalized integers; components that it lacks are 1.
+    pub fn vectors(&mut self, index: Index<Accessor>, wanted: &[Type]) -> Result<Vec<Vec4>, MeshError> {
+        let found = self.root.get(index).map(|accessor| accessor.type_);
+        let is = |wanted: &&Type| matches!(found, Some(Checked::Valid(found)) if found == **wanted);
+        let wanted = *wanted.iter().find(is).unwrap_or(&Type::Vec4);
+        let (accessor, kind) = self.accessor(index, wanted)?;
+        let count = wanted.multiplicity();
+        self.elements(accessor, MAX_ELEMENTS, count * kind.size(), |bytes| {
+            let axis = |i: usize| if i < count { number(&bytes[i * kind.size()..], kind, true) } else { 1.0 };
+            Vec4::new(axis(0), axis(1), axis(2), axis(3))
+        })
+    }
+
+    /// All bytes of a buffer view.
+    pub fn view(&mut self, index: Index<View>) -> Result<Vec<u8>, MeshError> {
+        let view = self.root.get(index).ok_or_else(|| self.source.damaged("a buffer view is missing"))?;
+        let count = usize::try_from(view.byte_length.0).unwrap_or(usize::MAX);
+        Ok(self.slices(&Layout { view: index, offset: 0, size: count, count: 1 })?.flatten().copied().collect())
+    }
+
+    /// What a URI of the file stands for.
+    pub fn resource(&self, uri: &str) -> Result<Vec<u8>, MeshError> {
+        load(self.source, uri)
     }
 
     /// Vertex numbers.

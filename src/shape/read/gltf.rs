@@ -1,10 +1,11 @@
 //! GLB and glTF: the triangles of every node of the default scene, its transform applied.
 //!
-//! Materials, images, skins and morph targets are ignored. Geometry that only an extension holds is an error.
+//! Skins and morph targets are ignored, materials and images too unless asked for (`gltf_look`). Geometry that only an extension holds is an error.
 
 use super::accessor::Buffers;
+use super::gltf_look::LookReader;
 use super::{MAX_ELEMENTS, Source, add_polygon, add_strip};
-use crate::shape::{Mesh, MeshError};
+use crate::shape::{Look, Mesh, MeshError};
 use ::gltf::binary::Glb;
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::scene::Node;
@@ -18,7 +19,7 @@ const HEADER: usize = 12;
 const UNREADABLE: [&str; 4] =
     ["KHR_draco_mesh_compression", "KHR_meshopt_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing"];
 
-pub(super) fn read_binary(source: &Source<'_>) -> Result<Mesh, MeshError> {
+pub(super) fn read_binary(source: &Source<'_>, look: Option<&mut Look>) -> Result<Mesh, MeshError> {
     // The crate subtracts the header's length from the announced one without a look.
     let length = source.bytes.get(8..HEADER).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     let whole = length.filter(|&length| length >= HEADER).and_then(|length| source.bytes.get(..length));
@@ -29,19 +30,26 @@ pub(super) fn read_binary(source: &Source<'_>) -> Result<Mesh, MeshError> {
     let glb = Glb::from_slice(whole).map_err(|e| source.damaged(format!("it is not a GLB: {e}")))?;
     // Some writers pad the text with zeros instead of spaces.
     let end = glb.json.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
-    read_document(source, &glb.json[..end], glb.bin.as_deref())
+    read_document(source, &glb.json[..end], glb.bin.as_deref(), look)
 }
 
-pub(super) fn read_text(source: &Source<'_>) -> Result<Mesh, MeshError> {
-    read_document(source, &source.bytes, None)
+pub(super) fn read_text(source: &Source<'_>, look: Option<&mut Look>) -> Result<Mesh, MeshError> {
+    read_document(source, &source.bytes, None, look)
 }
 
-fn read_document(source: &Source<'_>, json: &[u8], chunk: Option<&[u8]>) -> Result<Mesh, MeshError> {
+fn read_document(
+    source: &Source<'_>,
+    json: &[u8],
+    chunk: Option<&[u8]>,
+    look: Option<&mut Look>,
+) -> Result<Mesh, MeshError> {
     let root = Root::from_slice(json).map_err(|e| source.damaged(format!("its JSON is not that of glTF 2: {e}")))?;
     if let Some(extension) = root.extensions_required.iter().find(|name| UNREADABLE.contains(&name.as_str())) {
         return Err(source.error(format!("it needs {extension}"), "export the mesh without compression or instancing"));
     }
-    let mut reader = Reader { source, root: &root, buffers: Buffers::new(source, &root, chunk), mesh: Mesh::default() };
+    let buffers = Buffers::new(source, &root, chunk);
+    let look = look.map(LookReader::new);
+    let mut reader = Reader { source, root: &root, buffers, mesh: Mesh::default(), look };
     reader.read_scene()?;
     Ok(reader.mesh)
 }
@@ -51,6 +59,7 @@ struct Reader<'a> {
     root: &'a Root,
     buffers: Buffers<'a>,
     mesh: Mesh,
+    look: Option<LookReader<'a>>,
 }
 
 impl Reader<'_> {
@@ -128,6 +137,10 @@ impl Reader<'_> {
             }
         }
         vertices.extend(positions.iter().map(|p| transform.transform_point3(p.as_dvec3()).as_vec3()));
+        if let Some(look) = &mut self.look {
+            let corners = triangles[first_triangle..].iter().map(|triangle| triangle.map(|corner| corner - first_vertex));
+            look.read_primitive(self.root, &mut self.buffers, primitive, transform, corners);
+        }
         Ok(())
     }
 }

@@ -2,11 +2,13 @@
 
 mod accessor;
 mod gltf;
+mod gltf_look;
+mod image;
 mod obj;
 mod ply;
 mod stl;
 
-use super::{Mesh, MeshError};
+use super::{Look, Mesh, MeshError};
 use glam::Vec3;
 use std::fmt::Display;
 use std::fs;
@@ -25,14 +27,15 @@ struct Source<'a> {
     bytes: Vec<u8>,
 }
 
-pub(super) fn read(path: &Path) -> Result<Mesh, MeshError> {
+/// Reads a mesh, and how it looks if `look` is there to be filled.
+pub(super) fn read(path: &Path, look: Option<&mut Look>) -> Result<Mesh, MeshError> {
     let source = Source { path, bytes: bytes_of(path)? };
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let mesh = match (source.bytes.as_slice(), extension.to_str().unwrap_or_default()) {
-        ([b'g', b'l', b'T', b'F', ..], _) => gltf::read_binary(&source),
-        ([b'p', b'l', b'y', b'\r' | b'\n', ..], _) => ply::read(&source),
-        (_, "gltf") => gltf::read_text(&source),
-        (_, "obj") => obj::read(&source),
+        ([b'g', b'l', b'T', b'F', ..], _) => gltf::read_binary(&source, look),
+        ([b'p', b'l', b'y', b'\r' | b'\n', ..], _) => ply::read(&source, look),
+        (_, "gltf") => gltf::read_text(&source, look),
+        (_, "obj") => obj::read(&source, look),
         (_, "stl") => stl::read(&source),
         (_, "glb") => Err(source.error("it does not begin as a GLB does", "export the mesh as GLB again")),
         (_, "ply") => Err(source.error("it does not begin as a PLY does", "export the mesh as PLY again")),

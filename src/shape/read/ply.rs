@@ -1,17 +1,20 @@
 //! PLY, text and binary, by the `ply-rs-bw` crate, which reads numbers of any type and skips what nobody asks for.
+//! Normals and colours of vertices are its look.
 
 use super::{Source, add_polygon, add_strip};
-use crate::shape::{Mesh, MeshError};
-use glam::DVec3;
+use crate::shape::{Corner, Look, Mesh, MeshError, Skin};
+use glam::{DVec3, Vec3};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 
-pub(super) fn read(source: &Source<'_>) -> Result<Mesh, MeshError> {
+pub(super) fn read(source: &Source<'_>, look: Option<&mut Look>) -> Result<Mesh, MeshError> {
     let mut reader = Reader::new(source.bytes.as_slice());
     let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(|e| source.damaged(e))?;
     let mut mesh = Mesh::default();
+    let mut corners = Vec::new();
+    let mut tinted = false;
     for element in header.elements.values() {
         if !holds_bytes(source, &header, element, reader.get_ref().len())? {
             continue;
@@ -21,8 +24,12 @@ pub(super) fn read(source: &Source<'_>) -> Result<Mesh, MeshError> {
                 return Err(source.damaged("its vertices have no x, y and z"));
             }
             "vertex" => {
-                let positions = rows::<Position>(source, &mut reader, &header, element)?;
-                mesh.vertices = positions.into_iter().map(|row| row.0.as_vec3()).collect();
+                let rows = rows::<Vertex>(source, &mut reader, &header, element)?;
+                mesh.vertices = rows.iter().map(|row| row.position.as_vec3()).collect();
+                if look.is_some() {
+                    tinted = ["red", "green", "blue"].into_iter().all(|name| element.properties.contains_key(name));
+                    corners = rows.iter().map(Vertex::corner).collect();
+                }
             }
             "face" => {
                 for Corners(corners) in rows(source, &mut reader, &header, element)? {
@@ -38,6 +45,13 @@ pub(super) fn read(source: &Source<'_>) -> Result<Mesh, MeshError> {
                 }
             }
             _ => drop(rows::<Skipped>(source, &mut reader, &header, element)?),
+        }
+    }
+    if let Some(look) = look {
+        look.skins.push(Skin { tinted, ..Skin::default() });
+        for triangle in &mesh.triangles {
+            // A corner out of range is refused later.
+            look.push(triangle.map(|i| corners.get(i as usize).copied().unwrap_or_default()), 0);
         }
     }
     Ok(mesh)
@@ -92,30 +106,49 @@ impl PropertyAccess for Skipped {
     }
 }
 
-/// The position of a vertex.
-struct Position(DVec3);
+/// A vertex with what is seen of it. Colours are as in the file: whole numbers up to 255, others up to 1.
+struct Vertex {
+    position: DVec3,
+    normal: DVec3,
+    color: DVec3,
+}
 
-impl PropertyAccess for Position {
+impl Vertex {
+    fn corner(&self) -> Corner {
+        let normal = self.normal.as_vec3().try_normalize().unwrap_or(Vec3::ZERO);
+        let color = self.color.as_vec3();
+        let color = if color.is_finite() { color.clamp(Vec3::ZERO, Vec3::ONE).powf(2.2) } else { Vec3::ONE };
+        Corner { normal, color: color.extend(1.0), ..Corner::default() }
+    }
+}
+
+impl PropertyAccess for Vertex {
     fn new() -> Self {
-        Self(DVec3::NAN)
+        Self { position: DVec3::NAN, normal: DVec3::ZERO, color: DVec3::ONE }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let value = match property {
-            Property::Char(x) => x.into(),
-            Property::UChar(x) => x.into(),
-            Property::Short(x) => x.into(),
-            Property::UShort(x) => x.into(),
-            Property::Int(x) => x.into(),
-            Property::UInt(x) => x.into(),
-            Property::Float(x) => x.into(),
-            Property::Double(x) => x,
+        let (value, largest) = match property {
+            Property::Char(x) => (x.into(), 255.0),
+            Property::UChar(x) => (x.into(), 255.0),
+            Property::Short(x) => (x.into(), 255.0),
+            Property::UShort(x) => (x.into(), 65535.0),
+            Property::Int(x) => (x.into(), 255.0),
+            Property::UInt(x) => (x.into(), 255.0),
+            Property::Float(x) => (x.into(), 1.0),
+            Property::Double(x) => (x, 1.0),
             _ => return PropertyAccessResult::Ignored,
         };
         match name {
-            "x" => self.0.x = value,
-            "y" => self.0.y = value,
-            "z" => self.0.z = value,
+            "x" => self.position.x = value,
+            "y" => self.position.y = value,
+            "z" => self.position.z = value,
+            "nx" => self.normal.x = value,
+            "ny" => self.normal.y = value,
+            "nz" => self.normal.z = value,
+            "red" => self.color.x = value / largest,
+            "green" => self.color.y = value / largest,
+            "blue" => self.color.z = value / largest,
             _ => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
