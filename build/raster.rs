@@ -50,8 +50,8 @@ pub fn rasters(
 fn reflect(shader: &Composed, module: &Module) -> Result<Raster, Vec<String>> {
     let fail = |message: &str| Err(vec![report(shader, message, [])]);
     let stages = || module.entry_points.iter().map(|entry| entry.stage);
-    if stages().filter(|stage| *stage == ShaderStage::Vertex).count() != 1 {
-        return fail("a shader of pictures has one vertex stage");
+    if !stages().any(|stage| stage == ShaderStage::Vertex) {
+        return fail("a shader of pictures has a vertex stage");
     }
     if stages().any(|stage| !matches!(stage, ShaderStage::Vertex | ShaderStage::Fragment)) {
         return fail("a shader of pictures has vertex and fragment stages only");

@@ -41,8 +41,9 @@ impl Case {
         command
     }
 
+    /// Without pictures: those are drawn in tests of their own.
     fn optimize(&self, out: &str, more: &[&str]) -> Output {
-        self.command("optimize").arg("-o").arg(self.path(out)).args(more).output().unwrap()
+        self.command("optimize").arg("--no-pictures").arg("-o").arg(self.path(out)).args(more).output().unwrap()
     }
 
     /// Optimizes and returns the report.
@@ -306,7 +307,7 @@ fn optimize_leaves_a_whole_result_and_its_input_alone() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     names.sort();
-    assert_eq!(names, ["energy.csv", "parts", "report.json", "scene.json"]);
+    assert_eq!(names, ["energy.csv", "parts", "report.html", "report.json", "scene.json"]);
     let after = tree(case.folder.path());
     assert!(before.iter().all(|file| after.contains(file)), "the input changed");
 
@@ -732,6 +733,7 @@ fn without_a_usable_driver_the_processor_simulates_and_it_says_why() {
 fn help_lists_only_what_exists() {
     let help = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu")).arg("--help").output().unwrap();
     let help = text(&help.stdout);
-    assert!(["optimize", "simulate", "evaluate", "bench", "adapters"].iter().all(|command| help.contains(command)));
+    let commands = ["optimize", "simulate", "evaluate", "bench", "render", "adapters"];
+    assert!(commands.iter().all(|command| help.contains(command)));
     assert!(!help.contains("probe"));
 }

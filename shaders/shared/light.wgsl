@@ -5,7 +5,6 @@ struct Light {
     depth: vec4<f32>,
     toward: vec3<f32>,
     offset: f32,
-    color: vec3<f32>,
     bias: f32,
 }
 

@@ -1,9 +1,10 @@
 //! Which processor simulates, and which one goes on when it fails.
 
-use super::{Failure, probe, say};
+use super::{Failure, painter, probe, say};
 use clap::ValueEnum;
-use rest3d_gpu::cpu::CpuBackend;
+use rest3d_gpu::cpu::{CpuBackend, CpuPainter};
 use rest3d_gpu::gpu::{AdapterChoice, AdapterKind, AdapterReport, GpuBackend, GpuError, Options};
+use rest3d_gpu::render::Painter;
 use rest3d_gpu::world::Backend;
 use std::env;
 
@@ -73,6 +74,14 @@ impl Spares {
 }
 
 impl BackendArgs {
+    /// What draws for a run on this backend: the processor if nothing else is wanted, else an adapter if there is one.
+    pub fn painter(&self) -> Box<dyn Painter> {
+        match self.backend {
+            Choice::Cpu => Box::new(CpuPainter),
+            Choice::Auto | Choice::Gpu => painter::any(self.adapter.as_ref().unwrap_or(&AdapterChoice::Auto)),
+        }
+    }
+
     /// Opens the backend. `--threads` also holds for the making of shapes.
     pub fn open(&self) -> Result<Opened, Failure> {
         // 0: as many as there are cores.

@@ -12,6 +12,7 @@ mod optimize;
 mod output;
 mod probe;
 mod painter;
+mod pictures;
 mod progress;
 mod render;
 mod replay;

@@ -2,11 +2,11 @@
 
 use super::backend::{BackendArgs, Opened};
 use super::progress::SearchProgress;
-use super::{Failure, canonicalize, config, interrupt, output, print_result, say, shapes};
+use super::{Failure, canonicalize, config, interrupt, output, pictures, print_result, say, shapes};
 use rest3d_gpu::canonicalize::Canonicalization;
 use rest3d_gpu::files::write_whole;
 use rest3d_gpu::optimize::{self, Checkpoint, Event, Observer, OptimizeError, Outcome};
-use rest3d_gpu::report::{Report, Run, energy_csv, part_files};
+use rest3d_gpu::report::{Report, Run, energy_csv, html, part_files};
 use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::Shape;
 use rest3d_gpu::world::Flow;
@@ -16,9 +16,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+/// What a run leaves beside the parts, as far as it could be made.
+const FILES: [&str; 6] = ["scene.json", "report.json", "report.html", "before.png", "after.png", "energy.csv"];
+
 /// Find a layout near the scene's in which everything stands
 ///
-/// Leaves scene.json, parts/, report.json and energy.csv in DIR. Ctrl-C keeps the best layout so far; --resume goes on.
+/// Leaves scene.json, parts/, report.json, report.html, before.png, after.png and energy.csv in DIR. Ctrl-C keeps the best layout so far; --resume goes on.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// A scene.json, a folder that holds one, or a REST3D stage2 folder
@@ -46,6 +49,9 @@ pub struct Args {
     /// Go on from the checkpoint that an interrupted run left in DIR
     #[arg(long)]
     resume: bool,
+    /// Draw no before.png and after.png
+    #[arg(long)]
+    no_pictures: bool,
     /// Put the report on stdout as one JSON object
     #[arg(long)]
     json: bool,
@@ -61,7 +67,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let dir = args.output.clone().unwrap_or_else(|| Path::new("out").join(output::folder_name(&scene.name)));
     let checkpoint = dir.join("checkpoint.json");
-    let mut places = vec![checkpoint.clone(), dir.join("scene.json"), dir.join("report.json"), dir.join("energy.csv")];
+    let mut places: Vec<PathBuf> = FILES.iter().map(|name| dir.join(name)).chain([checkpoint.clone()]).collect();
     output::check_places(&places, &dir.join("parts"))?;
     places.push(dir.join("parts"));
     output::refuse_to_overwrite(&scene, &places)?;
@@ -94,8 +100,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let described = Run { input: &input, backend: &processor, seed: args.seed, shape_seconds, canonicalization };
     let report = Report::new(described, &scene, &shapes, &config, &outcome);
     say(format_args!("{}", report.summary().exact()));
-    let files = files(&scene, &shapes, &outcome, &report, &dir)?;
-    let earlier = output::earlier_parts(&dir);
+    let after = with_poses(&scene, &outcome);
+    let pictures = if args.no_pictures { None } else { pictures::before_and_after(&scene, &after, &args.backend) };
+    let files = files(after, &shapes, &outcome, &report, pictures, &dir)?;
+    let earlier = output::earlier_files(&dir);
     output::write_all(&dir, &files)?;
     output::remove_stale(&dir, &earlier, &files);
     if outcome.finished {
@@ -127,26 +135,40 @@ fn canonical(scene: &mut Scene, wanted: bool) -> Result<Option<Canonicalization>
 
 /// All files of the result, as paths inside `dir`; `scene.json` refers to the others and so comes last.
 fn files(
-    scene: &Scene,
+    mut scene: Scene,
     shapes: &[Shape],
     outcome: &Outcome,
     report: &Report<'_>,
+    pictures: Option<[Vec<u8>; 2]>,
     dir: &Path,
 ) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
+    let page = html(report, pictures.as_ref().map(|pictures| pictures.each_ref().map(Vec::as_slice)));
     let mut report = serde_json::to_vec_pretty(report)
         .map_err(|error| Failure::Other(format!("report.json: cannot be written as JSON: {error}")))?;
     report.push(b'\n');
-    let parts = part_files(scene, shapes);
-    let mut scene = scene.clone();
-    for ((object, outcome), parts) in scene.objects.iter_mut().zip(&outcome.objects).zip(&parts) {
-        object.pose = outcome.pose;
+    let parts = part_files(&scene, shapes);
+    for (object, parts) in scene.objects.iter_mut().zip(&parts) {
         object.convex_parts = parts.iter().map(|(name, _)| dir.join(name)).collect();
     }
     let mut files: Vec<(PathBuf, Vec<u8>)> = parts.into_iter().flatten().collect();
     files.push(("energy.csv".into(), energy_csv(outcome).into_bytes()));
+    if let Some([before, after]) = pictures {
+        files.push(("before.png".into(), before));
+        files.push(("after.png".into(), after));
+    }
+    files.push(("report.html".into(), page.into_bytes()));
     files.push(("report.json".into(), report));
     files.push(("scene.json".into(), scene.to_json(dir).into_bytes()));
     Ok(files)
+}
+
+/// The scene as the run leaves it.
+fn with_poses(scene: &Scene, outcome: &Outcome) -> Scene {
+    let mut scene = scene.clone();
+    for (object, outcome) in scene.objects.iter_mut().zip(&outcome.objects) {
+        object.pose = outcome.pose;
+    }
+    scene
 }
 
 fn read_checkpoint(path: &Path) -> Result<Option<Checkpoint>, Failure> {

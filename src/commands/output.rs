@@ -50,18 +50,19 @@ pub fn refuse_to_overwrite(scene: &Scene, outputs: &[PathBuf]) -> Result<(), Fai
     Ok(())
 }
 
-/// The parts that an earlier run left in `dir`, as its own files tell: nothing else there is ours.
-pub fn earlier_parts(dir: &Path) -> Vec<PathBuf> {
+/// The parts, pictures and page that an earlier run left in `dir`, as its own files tell: nothing else there is ours.
+pub fn earlier_files(dir: &Path) -> Vec<PathBuf> {
     let read = |name: &str| -> Option<Value> { serde_json::from_slice(&fs::read(dir.join(name)).ok()?).ok() };
     let ours = read("report.json").is_some_and(|report| report["tool"] == env!("CARGO_PKG_NAME"));
     let Some(scene) = read("scene.json").filter(|_| ours) else { return Vec::new() };
     let lists =
         scene["objects"].as_array().into_iter().flatten().filter_map(|object| object["convex_parts"].as_array());
     let parts = lists.flatten().filter_map(|part| part.as_str()).map(PathBuf::from);
-    parts.filter(|part| part.parent() == Some(Path::new("parts"))).collect()
+    let parts = parts.filter(|part| part.parent() == Some(Path::new("parts")));
+    parts.chain(["before.png", "after.png", "report.html"].map(PathBuf::from)).collect()
 }
 
-/// Removes the earlier parts that the new result does not have. One that stays does no harm.
+/// Removes the earlier files that the new result does not have. One that stays does no harm.
 pub fn remove_stale(dir: &Path, earlier: &[PathBuf], files: &[(PathBuf, Vec<u8>)]) {
     for part in earlier.iter().filter(|part| files.iter().all(|(name, _)| name != *part)) {
         let _ = fs::remove_file(dir.join(part));

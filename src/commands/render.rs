@@ -4,7 +4,7 @@ use super::painter::PainterArgs;
 use super::{Failure, output, print_result, progress, say};
 use rest3d_gpu::files::write_whole;
 use rest3d_gpu::render::{
-    Camera, Cell, Models, Painter, Picture, Sheet, Size, Stage, Viewpoint, camera, sheet, sheet_size, stage,
+    Cell, Models, Painter, Picture, Sheet, Size, Stage, Viewpoint, camera, share_a_view, sheet, sheet_size, stage,
 };
 use rest3d_gpu::scene::Scene;
 use serde::Serialize;
@@ -18,9 +18,9 @@ const SINGLE: Size = Size { width: 1600, height: 1200 };
 const SMALL: Size = Size { width: 800, height: 600 };
 /// What a row of a sheet is made of, as file names in the scene's folder; the result is elsewhere.
 const INPUT: &str = "scene.json";
+/// Place of the result in a row.
+const RESULT: usize = 1;
 const REFERENCES: [(&str, &str); 2] = [("truth.json", "truth"), ("rest3d.json", "REST3D")];
-/// Share of a scene that must be in the picture for one camera to do for a whole row.
-const SHARED_VIEW: f64 = 0.7;
 
 /// Draw a scene, or several side by side from the same camera, as a PNG
 ///
@@ -66,6 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     } else {
         vec![Row::of_scenes(&args.scenes)?]
     };
+    let rows = if args.sheet { without_empty_results(rows, &args.results) } else { rows };
     for scene in rows.iter().flat_map(|row| &row.entries).filter_map(|(_, scene)| scene.as_ref()) {
         output::refuse_to_overwrite(scene, places)?;
         for warning in &scene.warnings {
@@ -114,6 +115,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         seconds: clock.elapsed().as_secs_f64(),
     };
     print_result(args.json, &summary, &summary)
+}
+
+/// Leaves the column of results out if there is none at all.
+fn without_empty_results(mut rows: Vec<Row>, results: &Path) -> Vec<Row> {
+    if rows.iter().all(|row| row.entries[RESULT].1.is_none()) {
+        say(format_args!("{}: no result of any of these scenes; --results names another folder", results.display()));
+        rows.iter_mut().for_each(|row| drop(row.entries.remove(RESULT)));
+    }
+    rows
 }
 
 /// Scenes that are compared with each other.
@@ -168,15 +178,15 @@ impl Row {
             }
             stages.push(staged);
         }
-        let Some((scene, first)) = stages.iter().flatten().next() else { return Ok(Vec::new()) };
-        let shared = camera(viewpoint, scene, &[first], size);
-        let is_seen = |stage: &Stage| shared.share_seen(&stage.framed) >= SHARED_VIEW;
-        let common: Vec<&Stage> = stages.iter().flatten().map(|(_, stage)| stage).filter(|stage| is_seen(stage)).collect();
-        let common = if common.is_empty() { vec![first] } else { common };
-        let common: Camera = camera(viewpoint, scene, &common, size);
+        let all: Vec<&Stage> = stages.iter().flatten().map(|(_, stage)| stage).collect();
+        let Some(&(scene, _)) = stages.iter().flatten().next() else { return Ok(Vec::new()) };
+        let shared = share_a_view(&all).then(|| camera(viewpoint, scene, &all, size));
+        if shared.is_none() {
+            say(format_args!("warning: {}: the scenes lie too far apart for one camera; each has its own", self.name));
+        }
         let paint = |staged: &Option<(&Scene, Stage)>| {
             let Some((scene, stage)) = staged else { return Ok(None) };
-            let camera = if is_seen(stage) { common } else { camera(viewpoint, scene, &[stage], size) };
+            let camera = shared.unwrap_or_else(|| camera(viewpoint, scene, &[stage], size));
             Ok(Some(painter.paint(stage, &camera, size)?))
         };
         stages.iter().map(paint).collect()

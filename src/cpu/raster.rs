@@ -31,9 +31,11 @@ impl Painter for CpuPainter {
             Map::new(stage, light, if (i as u32) < SUNS { SUN_SIDE } else { SKY_SIDE })
         });
         let maps: Vec<Map> = maps.collect();
-        let scene = Shading { stage, view: view(stage, camera, size), lights, maps, camera, size };
-        let opaque = stage.batches.iter().filter(|batch| matches!(batch.kind, Kind::Solid | Kind::Ground));
-        let opaque = scene.screens(opaque.copied());
+        let view = view(stage, camera, size, &lights);
+        let mut scene = Shading { stage, view, lights, maps, camera, size, shares: Vec::new(), wall: Vec::new() };
+        scene.shares = scene.shares();
+        scene.wall = scene.wall_shares();
+        let opaque = scene.screens(opaque(stage));
         let blended = scene.screens(stage.blended(scene.view.eye).into_iter());
         let count = size.height.div_ceil(BAND);
         let (opaque_bands, blended_bands) = (bands(&opaque, size, count), bands(&blended, size, count));
@@ -111,6 +113,20 @@ struct Shading<'a> {
     maps: Vec<Map>,
     camera: &'a Camera,
     size: Size,
+    /// At half the resolution.
+    shares: Vec<Arriving>,
+    /// Shares of the sun's and the sky's light at the corners of all walls, from the first wall's on.
+    wall: Vec<Vec2>,
+}
+
+/// What arrives at a place.
+#[derive(Clone, Copy, Default)]
+struct Arriving {
+    /// Of the sun's and of the sky's light.
+    shares: Vec2,
+    /// Distance to the eye; 0 where nothing is.
+    away: f32,
+    normal: Vec3,
 }
 
 /// A point of a triangle.
@@ -122,6 +138,15 @@ struct Fragment {
     detail: f32,
     /// Seen from the side from which the triangle is counter-clockwise.
     front: bool,
+    /// Place in the picture, px.
+    at: Vec2,
+}
+
+impl Fragment {
+    /// Unit normal on the side that is seen.
+    fn facing(&self) -> Vec3 {
+        self.normal.normalize_or(Vec3::Y) * if self.front { 1.0 } else { -1.0 }
+    }
 }
 
 impl Shading<'_> {
@@ -135,6 +160,79 @@ impl Shading<'_> {
             project(corners, near, self.size, |screen| screens.push((number as u32, screen)));
         }
         screens
+    }
+
+    /// See `shares`.
+    fn shares(&self) -> Vec<Arriving> {
+        let [width, height] = [self.size.width, self.size.height].map(|side| side.div_ceil(2));
+        let (mut depths, mut owners) = (vec![0.0_f32; (width * height) as usize], vec![NONE; (width * height) as usize]);
+        let at = |x: u32, y: u32| 2.0 * (DVec2::new(x.into(), y.into()) + 0.5);
+        for (number, Screen(corners)) in self.screens(opaque(self.stage)) {
+            let screen = Screen(corners.map(|p| p * DVec3::new(0.5, 0.5, 1.0)));
+            let holes = self.holes(number);
+            screen.scan(screen.rows(height), width, &[DVec2::splat(0.5)], |x, y, _, depth| {
+                let place = (y * width + x) as usize;
+                if depth > depths[place] && !holes.is_some_and(|cutoff| self.is_hole(number, at(x, y), cutoff)) {
+                    (depths[place], owners[place]) = (depth, number);
+                }
+            });
+        }
+        let share = |(place, number): (usize, u32)| {
+            if number == NONE {
+                return Arriving::default();
+            }
+            let it = self.fragment(number, at(place as u32 % width, place as u32 / width));
+            let (normal, away) = (it.facing(), it.position.distance(self.view.eye));
+            Arriving { shares: self.share(it.position, normal, 1), away, normal }
+        };
+        owners.into_par_iter().enumerate().map(share).collect()
+    }
+
+    /// See `wall`.
+    fn wall_shares(&self) -> Vec<Vec2> {
+        let first = 3 * self.first_wall();
+        let corners = self.stage.vertices[first..].par_iter();
+        corners.map(|corner| self.share(corner.position, unpack_normal(corner.normal), 1)).collect()
+    }
+
+    /// First triangle of the walls, which are the last.
+    fn first_wall(&self) -> usize {
+        let first = self.stage.batches.iter().find(|batch| batch.kind == Kind::Wall).map(|batch| batch.first);
+        first.unwrap_or(self.stage.vertices.len() / 3)
+    }
+
+    /// Shares of the sun's and the sky's light that arrive at a pixel: those of the four places around it at half the
+    /// resolution, as far as they lie in its plane and face as it does.
+    fn arriving(&self, it: &Fragment, normal: Vec3) -> Vec2 {
+        let View { eye, pixel, forward, across, upward, width, height, .. } = self.view;
+        let size = Vec2::new(width, height);
+        let half = (0.5 * size).ceil();
+        let at = 0.5 * it.at - 0.5;
+        let (corner, part) = (at.floor(), at - at.floor());
+        let tolerance = 0.7 * pixel * it.position.distance(eye);
+        let mut sum = Vec3::ZERO;
+        for step in [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE] {
+            let cell = (corner + step).clamp(Vec2::ZERO, half - 1.0);
+            let there = self.shares[(cell.y * half.x + cell.x) as usize];
+            let place = (4.0 * cell + 2.0) / size - 1.0;
+            let ray = (forward + across * place.x - upward * place.y).normalize();
+            let off = (eye + ray * there.away - it.position).dot(normal) / tolerance;
+            let near = (1.0 - part) * (1.0 - step) + part * step;
+            let alike = normal.dot(there.normal).max(0.0).powi(8);
+            let known = if there.away > 0.0 { 1.0 } else { 0.0 };
+            let weight = known * near.element_product() * alike / (1.0 + off.powi(4));
+            sum += weight * there.shares.extend(1.0);
+        }
+        // On edges and thin things nothing was found out; a quarter of the lights is enough for them.
+        if sum.z < 0.15 { self.share(it.position, normal, 4) } else { sum.xy() / sum.z }
+    }
+
+    /// Light that falls onto a surface, given the shares of the sun's and the sky's that arrive.
+    fn light(&self, n: Vec3, shares: Vec2) -> Vec3 {
+        let terms = [1.0, n.x, n.y, n.z, n.x * n.x, n.y * n.y, n.z * n.z, n.x * n.y, n.y * n.z, n.z * n.x];
+        let open = self.view.open.iter().zip(terms).map(|(factor, term)| *factor * term).sum::<Vec4>();
+        let from = shares * open.xy();
+        self.view.sun * from.x + self.view.sky * from.y + self.view.bounce * (0.5 - 0.5 * n.y)
     }
 
     /// Bytes of some rows.
@@ -152,7 +250,7 @@ impl Shading<'_> {
             let holes = self.holes(number);
             screen.scan(inside(&screen), width, &SAMPLES, |x, y, sample, depth| {
                 let place = at(x, y);
-                if depth > depths[place][sample] && !holes.is_some_and(|cutoff| self.is_hole(number, x, y, sample, cutoff)) {
+                if depth > depths[place][sample] && !holes.is_some_and(|cutoff| self.is_hole(number, DVec2::new(x.into(), y.into()) + SAMPLES[sample], cutoff)) {
                     (depths[place][sample], owners[place][sample]) = (depth, number);
                 }
             });
@@ -207,8 +305,8 @@ impl Shading<'_> {
         batch.texture.map(|texture| self.stage.textures[texture].1).filter(|cutoff| *cutoff > 0.0)
     }
 
-    fn is_hole(&self, number: u32, x: u32, y: u32, sample: usize, cutoff: f32) -> bool {
-        let fragment = self.fragment(number, DVec2::new(x.into(), y.into()) + SAMPLES[sample]);
+    fn is_hole(&self, number: u32, at: DVec2, cutoff: f32) -> bool {
+        let fragment = self.fragment(number, at);
         self.texel(number, &fragment).w * fragment.color.w < cutoff
     }
 
@@ -241,13 +339,21 @@ impl Shading<'_> {
         let mix = |of: &dyn Fn(&Vertex) -> Vec4| -> Vec4 {
             corners.iter().zip(shares).map(|(corner, share)| of(corner) * share).sum()
         };
+        let first_wall = self.first_wall();
+        let color = if number as usize >= first_wall {
+            let lit = &self.wall[3 * (number as usize - first_wall)..][..3];
+            lit.iter().zip(shares).map(|(lit, share)| lit.extend(0.0).extend(1.0) * share).sum()
+        } else {
+            mix(&|v| unpack_color(v.color))
+        };
         Fragment {
             position: p.as_vec3(),
             normal: mix(&|v| unpack_normal(v.normal).extend(0.0)).xyz(),
             uv: mix(&|v| v.uv.extend(0.0).extend(0.0)).xy(),
-            color: mix(&|v| unpack_color(v.color)),
+            color,
             detail: corners[0].detail,
             front: face.dot(ray) < 0.0,
+            at: at.as_vec2().floor() + 0.5,
         }
     }
 
@@ -258,10 +364,9 @@ impl Shading<'_> {
     }
 
     fn shaded(&self, number: u32, it: &Fragment) -> Vec4 {
-        let normal = it.normal.normalize_or(Vec3::Y) * if it.front { 1.0 } else { -1.0 };
-        let texel = self.texel(number, it);
-        let [lit, _] = self.illumination(it.position, normal);
-        let color = (-self.view.exposure * it.color.xyz() * texel.xyz() * lit).exp();
+        let normal = it.facing();
+        let light = self.light(normal, self.arriving(it, normal));
+        let color = (-self.view.exposure * it.color.xyz() * self.texel(number, it).xyz() * light).exp();
         (1.0 - color).extend(it.color.w)
     }
 
@@ -272,14 +377,14 @@ impl Shading<'_> {
         let fade = smoothstep(1.5, 3.2, p.xz().distance(center.xz()) / radius);
         let mut share = Vec3::ONE;
         if fade < 1.0 {
-            let [lit, open] = self.illumination(p, Vec3::Y);
             let steep = ((eye.y - p.y).abs() / away.max(1e-6)).max(0.02);
             let soft = 0.75 * pixel * away / steep;
             let at = (p.xz() - grid_at) / grid;
             let off = (at - at.round()).abs() * grid;
             let half = 0.0015 * radius;
             let line = ((half + soft - off.min_element()) / (2.0 * soft)).clamp(0.0, 1.0) * (half / soft).min(1.0);
-            share = lit / open * (1.0 - 0.16 * line);
+            let light = self.light(Vec3::Y, self.arriving(it, Vec3::Y));
+            share = light / self.light(Vec3::Y, Vec2::ONE) * (1.0 - 0.16 * line);
         }
         (background * share.lerp(Vec3::ONE, fade)).extend(1.0)
     }
@@ -288,25 +393,33 @@ impl Shading<'_> {
         if !it.front {
             return (0.5 * self.view.background).extend(0.06);
         }
-        let [lit, open] = self.illumination(it.position, it.normal.normalize_or(Vec3::Y));
-        (Vec3::new(0.86, 0.85, 0.83) * lit / open).extend(0.6)
+        let normal = it.normal.normalize_or(Vec3::Y);
+        let share = self.light(normal, it.color.xy()) / self.light(normal, Vec2::ONE);
+        (Vec3::new(0.86, 0.85, 0.83) * Vec3::ONE.lerp(share, 0.7)).extend(0.6)
     }
 
-    /// With and without shadows.
-    fn illumination(&self, p: Vec3, normal: Vec3) -> [Vec3; 2] {
-        let below = self.view.bounce * (0.5 - 0.5 * normal.y);
-        let [mut lit, mut open] = [below; 2];
-        for (light, map) in self.lights.iter().zip(&self.maps) {
+    /// Shares of the sun's and the sky's light that arrive at a point of a surface, by every n-th light.
+    fn share(&self, p: Vec3, normal: Vec3, every: usize) -> Vec2 {
+        // A little more than nothing, for surfaces that face no light.
+        let [mut all, mut lit] = [Vec2::splat(1e-6); 2];
+        let suns = (0..SUNS as usize).step_by(every);
+        for i in suns.chain((SUNS as usize..self.lights.len()).step_by(every)) {
+            let (light, map) = (&self.lights[i], &self.maps[i]);
             let facing = normal.dot(light.toward);
             if facing > 0.0 {
-                let at = place(light, p + normal * light.offset);
-                let depth = (at.z - light.bias).min(1.0);
-                open += facing * light.color;
-                lit += facing * map.lit(at.xy(), depth) * light.color;
+                let at = place(light, p + normal * (light.offset * (1.15 - facing)));
+                let free = map.lit(at.xy(), (at.z - light.bias).min(1.0));
+                let which = if i < SUNS as usize { Vec2::X } else { Vec2::Y };
+                all += which * facing;
+                lit += which * (facing * free);
             }
         }
-        [lit, open]
+        lit / all
     }
+}
+
+fn opaque(stage: &Stage) -> impl Iterator<Item = Batch> + '_ {
+    stage.batches.iter().filter(|batch| matches!(batch.kind, Kind::Solid | Kind::Ground)).copied()
 }
 
 fn smoothstep(low: f32, high: f32, x: f32) -> f32 {

@@ -1,10 +1,11 @@
-//! The painter on a graphics adapter: a pass for every light's map of depths, then one for the picture.
+//! The painter on a graphics adapter: a pass for every light's map of depths, one at half the resolution for the share
+//! of the light that arrives, then one for the picture.
 //!
 //! Vertices are pulled from storage buffers, so that their layout is checked as that of the kernels' is. Edges are smooth
 //! by four samples a pixel. The twin is `cpu::raster`.
 
 use super::device::{AdapterChoice, Gpu, GpuError};
-use super::raster_pipelines::{COLORS, DEPTHS, Pipelines, SAMPLES};
+use super::raster_pipelines::{COLORS, DEPTHS, Pipelines, SAMPLES, SHARES};
 use crate::render::{
     BACKGROUND, Batch, Camera, Kind, Light, Painter, Picture, RenderError, SKIES, SKY_SIDE, SUN_SIDE, SUNS, Size,
     Stage, Texture, lights, view,
@@ -53,47 +54,40 @@ impl GpuPainter {
         self.draw_depths(&mut encoder, stage, &lights, &maps);
         let frame = self.frame(stage, camera, size, &lights, &maps);
         let textures = self.textures(stage);
+        let shares = self.draw_shares(&mut encoder, stage, size, &frame, &textures);
         let extent = wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 };
         let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
         let samples = self.texture("samples", extent, COLORS, attachment, 1, SAMPLES);
         let depths = self.texture("depths", extent, DEPTHS, attachment, 1, SAMPLES);
         let resolved = self.texture("picture", extent, COLORS, attachment | wgpu::TextureUsages::COPY_SRC, 1, 1);
-        let plain = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
         let [r, g, b] = BACKGROUND.as_dvec3().to_array();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("picture"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &plain(&samples),
+                view: &whole(&samples),
                 depth_slice: None,
-                resolve_target: Some(&plain(&resolved)),
+                resolve_target: Some(&whole(&resolved)),
                 ops: wgpu::Operations {
                     load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 1.0 }),
                     store: wgpu::StoreOp::Discard,
                 },
             })],
-            depth_stencil_attachment: Some(depth_attachment(&plain(&depths), 0.0)),
+            depth_stencil_attachment: Some(depth_attachment(&whole(&depths), 0.0)),
             ..Default::default()
         });
+        let shares = self.bind(&self.pipelines.shares, &[wgpu::BindingResource::TextureView(&whole(&shares))]);
+        pass.set_bind_group(2, &shares, &[]);
         let eye = (camera.eye - stage.origin).as_vec3();
-        let opaque = stage.batches.iter().filter(|batch| matches!(batch.kind, Kind::Solid | Kind::Ground)).copied();
-        for Batch { kind, texture, first, count } in opaque.chain(stage.blended(eye)) {
-            let (covering, cutoff) = texture.map_or((&textures[0], 0.0), |i| (&textures[i + 1], stage.textures[i].1));
-            pass.set_pipeline(match kind {
-                Kind::Solid if cutoff > 0.0 => &self.pipelines.holed,
+        for batch in opaque(stage).chain(stage.blended(eye)) {
+            let holed = cutoff(stage, &batch) > 0.0;
+            pass.set_pipeline(match batch.kind {
+                Kind::Solid if holed => &self.pipelines.holed,
                 Kind::Solid => &self.pipelines.solid,
                 Kind::Ground => &self.pipelines.ground,
                 Kind::Glass => &self.pipelines.glass,
                 Kind::Wall => &self.pipelines.wall,
             });
-            pass.set_bind_group(1, covering, &[]);
-            for (chunk, group) in frame.iter().enumerate() {
-                let (from, to) = (first.max(chunk * CHUNK), (first + count).min((chunk + 1) * CHUNK));
-                if from < to {
-                    pass.set_bind_group(0, group, &[]);
-                    let corner = |triangle: usize| 3 * (triangle - chunk * CHUNK) as u32;
-                    pass.draw(corner(from)..corner(to), 0..1);
-                }
-            }
+            draw_batch(&mut pass, &batch, &frame, &textures);
         }
         drop(pass);
         self.fetch(encoder, &resolved, size)
@@ -135,6 +129,45 @@ impl GpuPainter {
         }
     }
 
+    /// The share of the light that arrives where something solid is seen, at half the resolution.
+    fn draw_shares(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        stage: &Stage,
+        size: Size,
+        frame: &[wgpu::BindGroup],
+        textures: &[wgpu::BindGroup],
+    ) -> wgpu::Texture {
+        let [width, height] = [size.width, size.height].map(|side| side.div_ceil(2));
+        let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let shares = self.texture("shares", extent, SHARES, attachment | wgpu::TextureUsages::TEXTURE_BINDING, 1, 1);
+        let depths = self.texture("half depths", extent, DEPTHS, attachment, 1, 1);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shares"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &whole(&shares),
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(depth_attachment(&whole(&depths), 0.0)),
+            ..Default::default()
+        });
+        // As far as they count in the picture: an odd side is half a pixel longer.
+        pass.set_viewport(0.0, 0.0, 0.5 * size.width as f32, 0.5 * size.height as f32, 0.0, 1.0);
+        for batch in opaque(stage) {
+            let holed = cutoff(stage, &batch) > 0.0;
+            pass.set_pipeline(if holed { &self.pipelines.holed_shadow } else { &self.pipelines.shadow });
+            draw_batch(&mut pass, &batch, frame, textures);
+        }
+        drop(pass);
+        shares
+    }
+
     /// What the picture's shader is given, for each chunk of the vertices.
     fn frame(
         &self,
@@ -144,7 +177,7 @@ impl GpuPainter {
         lights: &[Light],
         maps: &[wgpu::Texture; 2],
     ) -> Vec<wgpu::BindGroup> {
-        let view = view(stage, camera, size);
+        let view = view(stage, camera, size, lights);
         let view = self.buffer("view", bytemuck::bytes_of(&view), wgpu::BufferUsages::UNIFORM);
         let lights = self.storage("lights", bytemuck::cast_slice(lights));
         let [suns, skies] = [0, 1].map(|i| {
@@ -317,6 +350,37 @@ impl Painter for GpuPainter {
             error => RenderError::Failed(error.to_string()),
         })
     }
+}
+
+fn opaque(stage: &Stage) -> impl Iterator<Item = Batch> + '_ {
+    stage.batches.iter().filter(|batch| matches!(batch.kind, Kind::Solid | Kind::Ground)).copied()
+}
+
+/// Opacity below which a batch has holes.
+fn cutoff(stage: &Stage, batch: &Batch) -> f32 {
+    batch.texture.map_or(0.0, |texture| stage.textures[texture].1)
+}
+
+/// Draws a batch from the chunks of vertices that it lies in.
+fn draw_batch(
+    pass: &mut wgpu::RenderPass<'_>,
+    batch: &Batch,
+    frame: &[wgpu::BindGroup],
+    textures: &[wgpu::BindGroup],
+) {
+    pass.set_bind_group(1, &textures[batch.texture.map_or(0, |texture| texture + 1)], &[]);
+    for (chunk, group) in frame.iter().enumerate() {
+        let (from, to) = (batch.first.max(chunk * CHUNK), (batch.first + batch.count).min((chunk + 1) * CHUNK));
+        if from < to {
+            pass.set_bind_group(0, group, &[]);
+            let corner = |triangle: usize| 3 * (triangle - chunk * CHUNK) as u32;
+            pass.draw(corner(from)..corner(to), 0..1);
+        }
+    }
+}
+
+fn whole(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
 fn depth_attachment(view: &wgpu::TextureView, clear: f32) -> wgpu::RenderPassDepthStencilAttachment<'_> {

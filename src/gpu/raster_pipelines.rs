@@ -13,6 +13,8 @@ use shaders::{depths, picture};
 
 /// sRGB, so that samples are blended and averaged in linear light.
 pub const COLORS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// Shares of light, with a distance that has to be exact.
+pub const SHARES: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 pub const DEPTHS: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Samples of a pixel of the picture.
 pub const SAMPLES: u32 = 4;
@@ -21,6 +23,9 @@ pub const SAMPLES: u32 = 4;
 pub struct Pipelines {
     /// Depths as a light sees them.
     pub depths: wgpu::RenderPipeline,
+    /// Shares of light at half the resolution.
+    pub shadow: wgpu::RenderPipeline,
+    pub holed_shadow: wgpu::RenderPipeline,
     pub solid: wgpu::RenderPipeline,
     pub holed: wgpu::RenderPipeline,
     pub glass: wgpu::RenderPipeline,
@@ -30,6 +35,8 @@ pub struct Pipelines {
     pub frame: wgpu::BindGroupLayout,
     /// A texture.
     pub cover: wgpu::BindGroupLayout,
+    /// The shares of light.
+    pub shares: wgpu::BindGroupLayout,
 }
 
 impl Pipelines {
@@ -39,26 +46,25 @@ impl Pipelines {
     /// With the driver's message if it refuses one.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let errors = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let (frame, cover) = (frame_layout(gpu), cover_layout(gpu));
+        let (frame, cover, shares) = (frame_layout(gpu), cover_layout(gpu), shares_layout(gpu));
         let module = module(gpu, "picture", picture::SOURCE);
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("picture"),
-            bind_group_layouts: &[Some(&frame), Some(&cover)],
-            ..Default::default()
-        });
-        let through = Some(wgpu::BlendState::ALPHA_BLENDING);
-        let picture = |stage: &'static str, blend: Option<wgpu::BlendState>| {
-            pipeline(gpu, &layout, &module, picture::VERTEX, Some((stage, blend)))
-        };
+        let half = pipeline_layout(gpu, &[Some(&frame), Some(&cover)]);
+        let whole = pipeline_layout(gpu, &[Some(&frame), Some(&cover), Some(&shares)]);
+        let shadow = |stage| pipeline(gpu, &half, &module, picture::VERTEX, Output::Shares(stage));
+        let picture = |stage, blended| pipeline(gpu, &whole, &module, picture::VERTEX, Output::Picture { stage, blended });
+        let wall = Output::Picture { stage: picture::WALL, blended: true };
         let pipelines = Self {
             depths: depths_pipeline(gpu),
-            solid: picture(picture::SOLID, None),
-            holed: picture(picture::HOLED, None),
-            glass: picture(picture::SOLID, through),
-            ground: picture(picture::GROUND, None),
-            wall: picture(picture::WALL, through),
+            shadow: shadow(picture::SHADOW),
+            holed_shadow: shadow(picture::HOLED_SHADOW),
+            solid: picture(picture::SOLID, false),
+            holed: picture(picture::HOLED, false),
+            glass: picture(picture::SOLID, true),
+            ground: picture(picture::GROUND, false),
+            wall: pipeline(gpu, &whole, &module, picture::WALL_VERTEX, wall),
             frame,
             cover,
+            shares,
         };
         match pollster::block_on(errors.pop()) {
             Some(error) => Err(GpuError::Device(format!("picture: {error}"))),
@@ -69,31 +75,39 @@ impl Pipelines {
 
 fn depths_pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
     let entries = [uniform(0, wgpu::ShaderStages::VERTEX), storage(1, wgpu::ShaderStages::VERTEX)];
-    let lit = group_layout(gpu, "depths", &entries);
-    let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("depths"),
-        bind_group_layouts: &[Some(&lit)],
-        ..Default::default()
-    });
-    pipeline(gpu, &layout, &module(gpu, "depths", depths::SOURCE), depths::VERTEX, None)
+    let layout = pipeline_layout(gpu, &[Some(&group_layout(gpu, "depths", &entries))]);
+    pipeline(gpu, &layout, &module(gpu, "depths", depths::SOURCE), depths::VERTEX, Output::Depths)
 }
 
-/// A pipeline of triangles seen from both sides. With a fragment stage it draws the picture, where near is large;
-/// without, only depths, where near is small.
+/// What a pipeline draws.
+#[derive(Clone, Copy)]
+enum Output<'a> {
+    /// Depths only, as a light sees them: near is small.
+    Depths,
+    /// Shares of light at half the resolution. Near is large, here and in the picture.
+    Shares(&'a str),
+    /// The picture.
+    Picture { stage: &'a str, blended: bool },
+}
+
+/// A pipeline of triangles seen from both sides.
 fn pipeline(
     gpu: &Gpu,
     layout: &wgpu::PipelineLayout,
     module: &wgpu::ShaderModule,
     vertex: &str,
-    fragment: Option<(&str, Option<wgpu::BlendState>)>,
+    output: Output<'_>,
 ) -> wgpu::RenderPipeline {
-    let blended = fragment.is_some_and(|(_, blend)| blend.is_some());
+    let (fragment, format, blended, count) = match output {
+        Output::Depths => (None, COLORS, false, 1),
+        Output::Shares(stage) => (Some(stage), SHARES, false, 1),
+        Output::Picture { stage, blended } => (Some(stage), COLORS, blended, SAMPLES),
+    };
     let nearer = if fragment.is_some() { wgpu::CompareFunction::Greater } else { wgpu::CompareFunction::Less };
-    let count = if fragment.is_some() { SAMPLES } else { 1 };
-    let blend = fragment.and_then(|(_, blend)| blend);
-    let targets = [Some(wgpu::ColorTargetState { format: COLORS, blend, write_mask: wgpu::ColorWrites::ALL })];
+    let blend = blended.then_some(wgpu::BlendState::ALPHA_BLENDING);
+    let targets = [Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })];
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: fragment.map(|(stage, _)| stage).or(Some("depths")),
+        label: fragment.or(Some("depths")),
         layout: Some(layout),
         vertex: wgpu::VertexState {
             module,
@@ -110,7 +124,7 @@ fn pipeline(
             bias: Default::default(),
         }),
         multisample: wgpu::MultisampleState { count, ..Default::default() },
-        fragment: fragment.map(|(stage, _)| wgpu::FragmentState {
+        fragment: fragment.map(|stage| wgpu::FragmentState {
             module,
             entry_point: Some(stage),
             compilation_options: Default::default(),
@@ -128,17 +142,16 @@ fn module(gpu: &Gpu, name: &str, source: &'static str) -> wgpu::ShaderModule {
 
 fn frame_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
-    let fragment = wgpu::ShaderStages::FRAGMENT;
     let depths = |binding: u32| {
         let kind = (wgpu::TextureSampleType::Depth, wgpu::TextureViewDimension::D2Array);
-        entry(binding, fragment, image(kind))
+        entry(binding, both, image(kind))
     };
     let entries = [
         uniform(0, both),
-        storage(1, fragment),
+        storage(1, both),
         depths(2),
         depths(3),
-        entry(4, fragment, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
+        entry(4, both, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
         storage(5, wgpu::ShaderStages::VERTEX),
     ];
     group_layout(gpu, "frame", &entries)
@@ -153,6 +166,16 @@ fn cover_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
         uniform(2, fragment),
     ];
     group_layout(gpu, "cover", &entries)
+}
+
+fn shares_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    let kind = (wgpu::TextureSampleType::Float { filterable: false }, wgpu::TextureViewDimension::D2);
+    group_layout(gpu, "shares", &[entry(0, wgpu::ShaderStages::FRAGMENT, image(kind))])
+}
+
+fn pipeline_layout(gpu: &Gpu, bind_group_layouts: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
+    let descriptor = wgpu::PipelineLayoutDescriptor { label: None, bind_group_layouts, ..Default::default() };
+    gpu.device.create_pipeline_layout(&descriptor)
 }
 
 fn group_layout(gpu: &Gpu, name: &str, entries: &[wgpu::BindGroupLayoutEntry]) -> wgpu::BindGroupLayout {

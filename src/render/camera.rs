@@ -143,16 +143,6 @@ impl Camera {
         self.right.cross(DVec3::Y)
     }
 
-    /// Share of `points` that are in the picture.
-    pub fn share_seen(&self, points: &[DVec3]) -> f64 {
-        let seen = |p: &&DVec3| {
-            let p = **p - self.eye;
-            let depth = p.dot(self.forward);
-            let [x, y] = [p.dot(self.right) / self.aspect, p.dot(self.up)];
-            depth > 0.0 && x.abs().max(y.abs()) <= depth * self.slope
-        };
-        points.iter().filter(seen).count() as f64 / points.len().max(1) as f64
-    }
 }
 
 /// Width and height of a picture, px, written `1600x1200`.

@@ -31,12 +31,12 @@ pub struct Light {
     pub depth: Vec4,
     /// Unit vector to the light.
     pub toward: Vec3,
-    /// How far off its surface a point is looked up, m.
+    /// How far off its surface a point is looked up where light grazes it, m.
     pub offset: f32,
-    /// Linear intensity.
-    pub color: Vec3,
     /// How much nearer to the light it is taken for, share of the depth.
     pub bias: f32,
+    /// Not used; fills up.
+    pub padding: [f32; 3],
 }
 
 /// All that is the same for a whole picture.
@@ -67,6 +67,29 @@ pub struct View {
     pub skies: u32,
     /// Where a line of the grid is, x and z, m.
     pub grid_at: Vec2,
+    /// Unit vector into the picture.
+    pub forward: Vec3,
+    /// Columns of the picture.
+    pub width: f32,
+    /// From its middle to its right edge, at distance 1.
+    pub across: Vec3,
+    /// Rows of the picture.
+    pub height: f32,
+    /// From its middle to its upper edge, at distance 1.
+    pub upward: Vec3,
+    /// Not used; aligns what follows.
+    pub padding: f32,
+    /// Linear intensity of each light of the sun.
+    pub sun: Vec3,
+    /// Not used; aligns what follows.
+    pub padding_2: f32,
+    /// Linear intensity of each light of the sky.
+    pub sky: Vec3,
+    /// Not used; aligns what follows.
+    pub padding_3: f32,
+    /// Sum of the cosines of the lights that a surface with a normal sees, of the sun in x and of the sky in y: factors
+    /// of 1, x, y, z, xx, yy, zz, xy, yz and zx of the normal.
+    pub open: [Vec4; 10],
 }
 
 /// A unit vector in two numbers from −1 to 1 (Cigolle and others, "A survey of efficient representations for independent

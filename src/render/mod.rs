@@ -35,6 +35,8 @@ use image::{ExtendedColorType, ImageEncoder};
 pub const BACKGROUND: Vec3 = Vec3::new(0.80, 0.81, 0.82);
 /// From light to brightness.
 const EXPOSURE: f32 = 1.45;
+/// See [`share_a_view`].
+const MUCH_LARGER: f64 = 1.5;
 /// Share of the scene's half extent within which nothing is drawn before the eye.
 const NEAR: f32 = 1e-3;
 
@@ -76,7 +78,7 @@ impl Picture {
     /// If the picture has fewer bytes than its size says.
     pub fn png(&self) -> Result<Vec<u8>, RenderError> {
         let mut bytes = Vec::new();
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
+        PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
             .write_image(&self.rgb, self.size.width, self.size.height, ExtendedColorType::Rgb8)
             .map_err(|error| RenderError::Failed(format!("PNG: {error}")))?;
         Ok(bytes)
@@ -124,9 +126,21 @@ pub fn camera(viewpoint: Viewpoint, scene: &Scene, stages: &[&Stage], size: Size
     }
 }
 
+/// True if one camera does for all stages: together they are not much larger than the largest of them. A raw
+/// reconstruction lies somewhere else than what was made of it.
+pub fn share_a_view(stages: &[&Stage]) -> bool {
+    let bounds = |points: &mut dyn Iterator<Item = DVec3>| {
+        let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        (high - low).max(DVec3::ZERO).length()
+    };
+    let largest = stages.iter().map(|stage| bounds(&mut stage.framed.iter().copied())).fold(0.0, f64::max);
+    bounds(&mut stages.iter().flat_map(|stage| stage.framed.iter().copied())) <= MUCH_LARGER * largest
+}
+
 /// What shaders are told of a picture.
-pub fn view(stage: &Stage, camera: &Camera, size: Size) -> View {
+pub fn view(stage: &Stage, camera: &Camera, size: Size, lights: &[Light]) -> View {
     let near = near(stage);
+    let [sun, sky] = light::intensities(lights);
     let grid = f64::from(grid(stage.radius));
     let line = |at: f64| (-at.rem_euclid(grid)) as f32;
     View {
@@ -142,6 +156,17 @@ pub fn view(stage: &Stage, camera: &Camera, size: Size) -> View {
         suns: SUNS,
         skies: SKIES,
         grid_at: Vec2::new(line(stage.origin.x), line(stage.origin.z)),
+        forward: camera.forward.as_vec3(),
+        width: size.width as f32,
+        across: (camera.right * camera.slope * camera.aspect).as_vec3(),
+        height: size.height as f32,
+        upward: (camera.up * camera.slope).as_vec3(),
+        padding: 0.0,
+        sun,
+        padding_2: 0.0,
+        sky,
+        padding_3: 0.0,
+        open: light::open(lights),
     }
 }
 

@@ -5,7 +5,7 @@ use super::model::{Model, Models};
 use super::normals::area;
 use super::texture::{Texture, to_byte};
 use super::{RenderError, palette, room};
-use crate::scene::{Object, Relation, Scene};
+use crate::scene::{Object, Parent, Relation, Root, Scene};
 use glam::{DVec3, Vec2, Vec3, Vec4, Vec4Swizzles};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,6 +16,9 @@ const MAX_TRIANGLES: usize = 1 << 23;
 const FAR: f64 = 8.0;
 /// Half side of the drawn ground over the scene's half extent. It has faded into the background there.
 const GROUND: f32 = 3.4;
+/// About the longest edge of the triangles of a wall over the scene's half extent, and how often an edge may be halved for that.
+const WALL_CELL: f32 = 0.04;
+const MAX_HALVINGS: f32 = 6.0;
 /// Opacity of objects that stand for walls.
 const GLASS: f32 = 0.35;
 /// Words of names and categories by which a held object is taken for a part of the room.
@@ -76,7 +79,7 @@ pub struct Stage {
     pub center: Vec3,
     /// See `center`.
     pub radius: f32,
-    /// Inward normals of the room's walls.
+    /// Inward normals of the room's walls, or of those that objects hang on where the scene names none.
     pub walls: Vec<DVec3>,
     /// Height of the ground, in our frame, m.
     pub floor: f64,
@@ -125,7 +128,7 @@ impl Stage {
             framed: Vec::new(),
             center: (0.5 * (low + high) - origin).as_vec3(),
             radius: (0.5 * (high - low).length()) as f32,
-            walls: scene.room.walls.iter().map(|wall| wall.normal).collect(),
+            walls: walls(scene, &boxes, 0.5 * (low + high)),
             floor: 0.0,
             notes,
         };
@@ -181,7 +184,9 @@ impl Stage {
             }
             self.objects.push(self.casters.triangles.len());
             if kept[i] {
-                self.framed.extend(model.mesh.triangles.as_flattened().iter().map(|&i| positions[i as usize]));
+                let mut used = vec![false; positions.len()];
+                model.mesh.triangles.as_flattened().iter().for_each(|&i| used[i as usize] = true);
+                self.framed.extend(positions.iter().zip(used).filter(|(_, used)| *used).map(|(p, _)| *p));
             }
             let textures: Vec<Option<usize>> = (model.skins.iter().zip(&model.textures))
                 .map(|(skin, texture)| {
@@ -235,8 +240,22 @@ impl Stage {
         let corners: Vec<Vec3> = corners.iter().map(|p| (*p - self.origin).as_vec3()).collect();
         let normal = area([corners[0], corners[1], corners[2]]).normalize_or(Vec3::Y);
         let corners: Vec<Vertex> = corners.into_iter().map(|corner| plain(corner, normal)).collect();
-        self.add(Kind::Wall, None, fan(&corners));
+        let longest = corners.iter().map(|corner| corner.position.distance(corners[0].position)).fold(0.0, f32::max);
+        let halvings = (longest / (WALL_CELL * self.radius)).log2().round().clamp(0.0, MAX_HALVINGS) as u32;
+        let triangles = fan(&corners);
+        let cut = triangles.as_chunks::<3>().0.iter().flat_map(|&triangle| subdivided(triangle, halvings));
+        self.add(Kind::Wall, None, cut.flatten());
     }
+}
+
+/// A triangle in 4ⁿ parts.
+fn subdivided([a, b, c]: [Vertex; 3], halvings: u32) -> Vec<[Vertex; 3]> {
+    if halvings == 0 {
+        return vec![[a, b, c]];
+    }
+    let middle = |p: Vertex, q: Vertex| Vertex { position: p.position.midpoint(q.position), ..p };
+    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].into_iter().flat_map(|t| subdivided(t, halvings - 1)).collect()
 }
 
 fn plain(position: Vec3, normal: Vec3) -> Vertex {
@@ -268,6 +287,17 @@ fn bounds(object: &Object, model: &Model) -> [DVec3; 2] {
     };
     let corners = model.mesh.triangles.as_flattened().iter().map(|&i| world(i));
     corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
+}
+
+/// Inward normals of the walls. What hangs on a wall that the scene does not name has it behind, seen from the middle.
+fn walls(scene: &Scene, boxes: &[[DVec3; 2]], middle: DVec3) -> Vec<DVec3> {
+    if !scene.room.walls.is_empty() {
+        return scene.room.walls.iter().map(|wall| wall.normal).collect();
+    }
+    let hanging = scene.objects.iter().zip(boxes).filter(|(object, _)| matches!(object.parent, Parent::Root(Root::Wall)));
+    let inward = hanging.map(|(_, [low, high])| (middle - 0.5 * (*low + *high)).with_y(0.0).normalize_or_zero());
+    let sum: DVec3 = inward.sum();
+    sum.try_normalize().into_iter().collect()
 }
 
 /// Which boxes belong to the scene: one that was thrown far away would make all others too small to be seen.

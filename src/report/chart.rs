@@ -113,10 +113,10 @@ fn short(value: f64) -> String {
     }
 }
 
-/// A text inside an element of XML; characters that XML does not know become blanks.
-fn escaped(text: &str) -> String {
+/// A text inside an element or attribute of XML or HTML; characters that XML does not know become blanks.
+pub(super) fn escaped(text: &str) -> String {
     let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

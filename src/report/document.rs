@@ -29,19 +29,19 @@ pub struct Run<'a> {
 /// The document. Lengths in m, angles in rad, times in s, unless a name says otherwise.
 #[derive(Debug, Serialize)]
 pub struct Report<'a> {
-    tool: &'static str,
-    version: &'static str,
-    scene: &'a str,
+    pub(super) tool: &'static str,
+    pub(super) version: &'static str,
+    pub(super) scene: &'a str,
     #[serde(flatten)]
-    run: Run<'a>,
-    finished: bool,
-    summary: Summary,
-    notes: Vec<&'a str>,
-    objects: Vec<Object<'a>>,
+    pub(super) run: Run<'a>,
+    pub(super) finished: bool,
+    pub(super) summary: Summary,
+    pub(super) notes: Vec<&'a str>,
+    pub(super) objects: Vec<Object<'a>>,
     /// Pairs whose meshes still meet.
-    mesh_overlaps: Vec<Overlap<'a>>,
-    groups: Vec<Group<'a>>,
-    iterations: Vec<Iteration<'a>>,
+    pub(super) mesh_overlaps: Vec<Overlap<'a>>,
+    pub(super) groups: Vec<Group<'a>>,
+    pub(super) iterations: Vec<Iteration<'a>>,
     /// Candidates of the whole run by status bit.
     status: BTreeMap<&'static str, u64>,
     settled_after: f64,
@@ -54,24 +54,24 @@ pub struct Report<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Object<'a> {
-    name: &'a str,
-    simulated: bool,
-    moved: f64,
-    turned: f64,
-    stable: bool,
-    fallen: bool,
-    lost_support: bool,
-    exact: Exact,
-    check: Check,
+pub(super) struct Object<'a> {
+    pub(super) name: &'a str,
+    pub(super) simulated: bool,
+    pub(super) moved: f64,
+    pub(super) turned: f64,
+    pub(super) stable: bool,
+    pub(super) fallen: bool,
+    pub(super) lost_support: bool,
+    pub(super) exact: Exact,
+    pub(super) check: Check,
     mass: f32,
     shape: &'a Quality,
-    notes: &'a [String],
+    pub(super) notes: &'a [String],
 }
 
 /// What the exact step did with the object, m.
 #[derive(Debug, Serialize)]
-struct Exact {
+pub(super) struct Exact {
     /// Upwards.
     raised: f64,
     /// Sideways.
@@ -82,7 +82,7 @@ struct Exact {
 }
 
 #[derive(Debug, Serialize)]
-struct Overlap<'a> {
+pub(super) struct Overlap<'a> {
     a: &'a str,
     b: &'a str,
     /// The shortest shift that would part them, m; none if none within reach does.
@@ -91,30 +91,30 @@ struct Overlap<'a> {
 
 /// What the check measured from the result on.
 #[derive(Debug, Serialize)]
-struct Check {
-    drift: f64,
+pub(super) struct Check {
+    pub(super) drift: f64,
     turn: f64,
     peak_speed: f64,
     peak_spin: f64,
     /// The object's share of the energy, measured over the check instead of a candidate's simulation.
-    terms: Terms,
+    pub(super) terms: Terms,
 }
 
 /// Unweighted: stability in m + rad, velocity in m/s, penetration (the deepest overlap with another object) in m,
 /// layout in λ_pos m + rad.
 #[derive(Debug, Serialize)]
-struct Terms {
+pub(super) struct Terms {
     stability: f64,
     velocity: f64,
-    penetration: f64,
+    pub(super) penetration: f64,
     layout: f64,
 }
 
 #[derive(Debug, Serialize)]
-struct Group<'a> {
-    name: &'a str,
+pub(super) struct Group<'a> {
+    pub(super) name: &'a str,
     units: &'a [String],
-    best: Option<Energy>,
+    pub(super) best: Option<Energy>,
     /// Iteration and candidate, for a replay.
     winner: Option<(u32, u32)>,
     status: BTreeMap<&'static str, u64>,
@@ -122,10 +122,10 @@ struct Group<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Iteration<'a> {
-    group: usize,
-    iteration: u32,
-    best: &'a Energy,
+pub(super) struct Iteration<'a> {
+    pub(super) group: usize,
+    pub(super) iteration: u32,
+    pub(super) best: &'a Energy,
     iteration_best: f32,
     elite_mean: f32,
     status: BTreeMap<&'static str, u64>,
