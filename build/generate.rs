@@ -92,10 +92,7 @@ fn write_checks(out: &mut String, kernels: &[Kernel], constants_file: &str) -> s
 }
 
 /// Compile-time checks that structs lie in memory as the shaders say.
-pub fn write_layouts<'a>(
-    out: &mut String,
-    structs: impl Iterator<Item = (&'a str, &'a Layout)>,
-) -> std::fmt::Result {
+pub fn write_layouts<'a>(out: &mut String, structs: impl Iterator<Item = (&'a str, &'a Layout)>) -> std::fmt::Result {
     for (name, Layout { bytes, members }) in structs {
         writeln!(out, "    assert!(size_of::<{name}>() == {bytes}, \"size of {name}\");")?;
         for (member, offset) in members {

@@ -89,6 +89,9 @@ fn write(out: &mut String, rasters: &[Raster]) -> std::fmt::Result {
         writeln!(out, "}}\n")?;
     }
     writeln!(out, "const _: () = {{\n    use std::mem::offset_of;")?;
-    write_layouts(out, rasters.iter().flat_map(|raster| &raster.structs).map(|(name, layout)| (name.as_str(), layout)))?;
+    write_layouts(
+        out,
+        rasters.iter().flat_map(|raster| &raster.structs).map(|(name, layout)| (name.as_str(), layout)),
+    )?;
     writeln!(out, "}};")
 }

@@ -3,9 +3,9 @@
 
 use crate::check::{parse, report};
 use crate::compose::Composed;
+use naga::Module;
 use naga::back::{hlsl, msl, spv, wgsl};
 use naga::valid::ModuleInfo;
-use naga::Module;
 
 /// What each platform has against the shader.
 pub fn translate(shader: &Composed, module: &Module, info: &ModuleInfo) -> Vec<String> {

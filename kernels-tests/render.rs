@@ -81,7 +81,7 @@ fn difference(a: &Picture, b: &Picture) -> (f64, f64) {
 fn agree(a: &Picture, b: &Picture) -> bool {
     let (mean, differing) = difference(a, b);
     eprintln!("mean difference {mean:.3}, differing pixels {:.3} %", 100.0 * differing);
-    mean < 0.5 && differing < 2e-3
+    mean < 0.3 && differing < 2e-3
 }
 
 /// The adapter, if there is one or must be.
@@ -299,7 +299,8 @@ fn unusual_scenes_are_drawn() {
     let object = |mesh: &str, position: [f64; 3], scale: f64| {
         document(&[json!({"name": mesh, "mesh": mesh, "position": position, "scale": scale})])
     };
-    let far = document(&[cuboid("near", [0.0, 0.5, 0.0], [1.0; 3]), cuboid("far", [9e5, 0.5, 0.0], [1.0; 3])]);
+    let near = |name: &str, x: f64| cuboid(name, [x, 0.5, 0.0], [1.0; 3]);
+    let far = document(&[near("a", 0.0), near("b", 2.0), near("thrown", 9e5)]);
     let cases = [
         ("1 cm", object("cube.obj", [0.0, 0.005, 0.0], 0.01)),
         ("50 m", object("cube.obj", [0.0, 25.0, 0.0], 50.0)),
@@ -322,7 +323,8 @@ fn unusual_scenes_are_drawn() {
         let scene = case.scene(&document);
         let picture = shot(&scene, &CpuPainter);
         let first = &picture.rgb[..3];
-        let shown = picture.rgb.chunks_exact(3).filter(|pixel| pixel.iter().zip(first).any(|(a, b)| a.abs_diff(*b) > 8));
+        let shown =
+            picture.rgb.chunks_exact(3).filter(|pixel| pixel.iter().zip(first).any(|(a, b)| a.abs_diff(*b) > 8));
         let share = shown.count() as f64 / f64::from(SIZE.width * SIZE.height);
         assert!(share > 0.02, "{what}: only {share} of the picture is not background");
     }
@@ -404,7 +406,8 @@ fn the_view_that_is_chosen_hides_nothing() {
         let camera = camera(Viewpoint::Auto, &scene, &[&stage], SIZE);
         let back = camera.toward_viewer();
         let toward = if side == "front" { back.z } else { -back.x };
-        assert!(toward < 0.3, "{side}: {back}");
+        // Up to 45° off, the screen hides it.
+        assert!(toward < 0.7, "{side}: {back}");
     }
 }
 

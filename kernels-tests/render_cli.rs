@@ -50,9 +50,7 @@ impl Case {
 }
 
 fn scene(name: &str) -> Value {
-    let object = |name: &str, parent: &str, y: f64, size: f64| {
-        json!({"name": name, "mesh": "cube.obj", "parent": parent, "position": [0, y, 0], "scale": size})
-    };
+    let object = |name: &str, parent: &str, y: f64, size: f64| json!({"name": name, "mesh": "cube.obj", "parent": parent, "position": [0, y, 0], "scale": size});
     let objects = [object("table & <b>", "ground", 0.55, 1.0), object("box", "table & <b>", 1.3, 0.3)];
     json!({"format": "rest3d-scene", "version": 1, "name": name, "objects": objects})
 }
@@ -124,9 +122,8 @@ fn bad_input_is_refused_and_nothing_is_written() {
 #[test]
 fn a_sheet_has_a_row_for_every_folder() {
     let case = Case::new();
-    let draw = |folders: &[&str]| {
-        case.draws(&[&["--sheet", "--size", "160x120", "--results", "found"], folders].concat())
-    };
+    let draw =
+        |folders: &[&str]| case.draws(&[&["--sheet", "--size", "160x120", "--results", "found"], folders].concat());
     let input_only = draw(&["."]);
     case.write("truth.json", &scene("truth"));
     let with_truth = draw(&["."]);

@@ -1,8 +1,8 @@
 //! The painter for machines without a graphics adapter: the twin of `shaders/raster/`, with the same samples a pixel.
 
 use crate::render::{
-    BACKGROUND, Batch, Camera, Kind, Light, Painter, Picture, RenderError, Screen, Size, Stage, Vertex, View, SKY_SIDE,
-    SUN_SIDE, SUNS, lights, near, project, to_byte, to_linear, unpack_normal, view,
+    BACKGROUND, Batch, Camera, Kind, Light, Painter, Picture, RenderError, SKY_SIDE, SUN_SIDE, SUNS, Screen, Size,
+    Stage, Vertex, View, lights, near, project, to_byte, to_linear, unpack_normal, view,
 };
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
@@ -27,9 +27,10 @@ impl Painter for CpuPainter {
     fn paint(&self, stage: &Stage, camera: &Camera, size: Size) -> Result<Picture, RenderError> {
         size.check()?;
         let lights = lights(stage, camera);
-        let maps = lights.par_iter().enumerate().map(|(i, light)| {
-            Map::new(stage, light, if (i as u32) < SUNS { SUN_SIDE } else { SKY_SIDE })
-        });
+        let maps = lights
+            .par_iter()
+            .enumerate()
+            .map(|(i, light)| Map::new(stage, light, if (i as u32) < SUNS { SUN_SIDE } else { SKY_SIDE }));
         let maps: Vec<Map> = maps.collect();
         let view = view(stage, camera, size, &lights);
         let mut scene = Shading { stage, view, lights, maps, camera, size, shares: Vec::new(), wall: Vec::new() };
@@ -129,6 +130,27 @@ struct Arriving {
     normal: Vec3,
 }
 
+/// What a triangle covers of a pixel.
+struct Hit {
+    x: u32,
+    y: u32,
+    /// At each sample; 0 at those that are not covered.
+    depths: [f32; 4],
+}
+
+impl Hit {
+    fn middle(&self) -> DVec2 {
+        middle(self.x, self.y, self.depths.map(|depth| depth > 0.0))
+    }
+}
+
+/// The middle of the covered samples of a pixel, px.
+fn middle(x: u32, y: u32, covered: [bool; 4]) -> DVec2 {
+    let count = covered.iter().filter(|covered| **covered).count();
+    let sum: DVec2 = SAMPLES.iter().zip(covered).filter(|(_, covered)| *covered).map(|(sample, _)| *sample).sum();
+    DVec2::new(x.into(), y.into()) + sum / count.max(1) as f64
+}
+
 /// A point of a triangle.
 struct Fragment {
     position: Vec3,
@@ -165,7 +187,8 @@ impl Shading<'_> {
     /// See `shares`.
     fn shares(&self) -> Vec<Arriving> {
         let [width, height] = [self.size.width, self.size.height].map(|side| side.div_ceil(2));
-        let (mut depths, mut owners) = (vec![0.0_f32; (width * height) as usize], vec![NONE; (width * height) as usize]);
+        let (mut depths, mut owners) =
+            (vec![0.0_f32; (width * height) as usize], vec![NONE; (width * height) as usize]);
         let at = |x: u32, y: u32| 2.0 * (DVec2::new(x.into(), y.into()) + 0.5);
         for (number, Screen(corners)) in self.screens(opaque(self.stage)) {
             let screen = Screen(corners.map(|p| p * DVec3::new(0.5, 0.5, 1.0)));
@@ -246,14 +269,22 @@ impl Shading<'_> {
         let at = |x: u32, y: u32| ((y - rows.start) * width + x) as usize;
         let mut depths = vec![[0.0_f32; 4]; pixels];
         let mut owners = vec![[NONE; 4]; pixels];
+        let mut hits: Vec<Hit> = Vec::new();
         for &(number, screen) in opaque {
+            self.hits(screen, inside(&screen), &mut hits);
             let holes = self.holes(number);
-            screen.scan(inside(&screen), width, &SAMPLES, |x, y, sample, depth| {
-                let place = at(x, y);
-                if depth > depths[place][sample] && !holes.is_some_and(|cutoff| self.is_hole(number, DVec2::new(x.into(), y.into()) + SAMPLES[sample], cutoff)) {
-                    (depths[place][sample], owners[place][sample]) = (depth, number);
+            for hit in &hits {
+                let place = at(hit.x, hit.y);
+                // As on a graphics card, a pixel of a triangle is a hole or is none, whatever it covers of it.
+                if holes.is_some_and(|cutoff| self.is_hole(number, hit.middle(), cutoff)) {
+                    continue;
                 }
-            });
+                for sample in 0..4 {
+                    if hit.depths[sample] > depths[place][sample] {
+                        (depths[place][sample], owners[place][sample]) = (hit.depths[sample], number);
+                    }
+                }
+            }
         }
         let mut colors = vec![[BACKGROUND; 4]; pixels];
         for y in rows.clone() {
@@ -272,25 +303,31 @@ impl Shading<'_> {
                 }
             }
         }
-        let mut hits: Vec<(u32, u32, [bool; 4])> = Vec::new();
         for &(number, screen) in blended {
-            hits.clear();
-            screen.scan(inside(&screen), width, &SAMPLES, |x, y, sample, depth| {
-                if depth > depths[at(x, y)][sample] {
-                    match hits.last_mut().filter(|hit| (hit.0, hit.1) == (x, y)) {
-                        Some(hit) => hit.2[sample] = true,
-                        None => hits.push((x, y, [0, 1, 2, 3].map(|i| i == sample))),
+            self.hits(screen, inside(&screen), &mut hits);
+            for hit in &hits {
+                let place = at(hit.x, hit.y);
+                let covered = [0, 1, 2, 3].map(|sample| hit.depths[sample] > depths[place][sample]);
+                if covered.contains(&true) {
+                    let color = self.shade(number, hit.x, hit.y, covered);
+                    for (into, _) in colors[place].iter_mut().zip(covered).filter(|(_, covered)| *covered) {
+                        *into = into.lerp(color.xyz(), color.w);
                     }
-                }
-            });
-            for &(x, y, covered) in &hits {
-                let color = self.shade(number, x, y, covered);
-                for (into, _) in colors[at(x, y)].iter_mut().zip(covered).filter(|(_, covered)| *covered) {
-                    *into = into.lerp(color.xyz(), color.w);
                 }
             }
         }
         colors.iter().flat_map(|samples| (0.25 * samples.iter().sum::<Vec3>()).to_array().map(to_byte)).collect()
+    }
+
+    /// The pixels that a triangle covers in some rows.
+    fn hits(&self, screen: Screen, rows: Range<u32>, hits: &mut Vec<Hit>) {
+        hits.clear();
+        screen.scan(rows, self.size.width, &SAMPLES, |x, y, sample, depth| {
+            match hits.last_mut().filter(|hit| (hit.x, hit.y) == (x, y)) {
+                Some(hit) => hit.depths[sample] = depth,
+                None => hits.push(Hit { x, y, depths: [0, 1, 2, 3].map(|i| if i == sample { depth } else { 0.0 }) }),
+            }
+        });
     }
 
     /// The batch of a triangle.
@@ -312,10 +349,7 @@ impl Shading<'_> {
 
     /// Linear colour and opacity of a triangle in a pixel, at the middle of what it covers.
     fn shade(&self, number: u32, x: u32, y: u32, covered: [bool; 4]) -> Vec4 {
-        let corner = DVec2::new(x.into(), y.into());
-        let count = covered.iter().filter(|covered| **covered).count();
-        let sum: DVec2 = SAMPLES.iter().zip(covered).filter(|(_, covered)| *covered).map(|(sample, _)| *sample).sum();
-        let it = self.fragment(number, corner + sum / count.max(1) as f64);
+        let it = self.fragment(number, middle(x, y, covered));
         match self.batch(number).kind {
             Kind::Solid | Kind::Glass => self.shaded(number, &it),
             Kind::Ground => self.ground(&it),

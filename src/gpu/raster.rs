@@ -114,7 +114,8 @@ impl GpuPainter {
                 ..Default::default()
             });
             let light = self.buffer("light", bytemuck::bytes_of(light), wgpu::BufferUsages::UNIFORM);
-            let group = self.group(&self.pipelines.depths, 0, &[light.as_entire_binding(), positions.as_entire_binding()]);
+            let group =
+                self.group(&self.pipelines.depths, 0, &[light.as_entire_binding(), positions.as_entire_binding()]);
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("depths"),
                 depth_stencil_attachment: Some(depth_attachment(&map, 1.0)),
@@ -210,7 +211,9 @@ impl GpuPainter {
     fn textures(&self, stage: &Stage) -> Vec<wgpu::BindGroup> {
         let white = crate::shape::Pixels { width: 1, height: 1, rgba: vec![255; 4] };
         let white = Texture::new(&white.into(), Default::default());
-        let all = [(&white, 0.0)].into_iter().chain(stage.textures.iter().map(|(texture, cutoff)| (texture.as_ref(), *cutoff)));
+        let all = [(&white, 0.0)]
+            .into_iter()
+            .chain(stage.textures.iter().map(|(texture, cutoff)| (texture.as_ref(), *cutoff)));
         all.map(|(texture, cutoff)| {
             let image = self.upload(texture).create_view(&wgpu::TextureViewDescriptor::default());
             let [across, down] = texture.wrap.map(|wrap| match wrap {
@@ -325,7 +328,12 @@ impl GpuPainter {
         self.gpu.device.create_buffer_init(&BufferInitDescriptor { label: Some(name), contents, usage })
     }
 
-    fn group(&self, pipeline: &wgpu::RenderPipeline, index: u32, resources: &[wgpu::BindingResource<'_>]) -> wgpu::BindGroup {
+    fn group(
+        &self,
+        pipeline: &wgpu::RenderPipeline,
+        index: u32,
+        resources: &[wgpu::BindingResource<'_>],
+    ) -> wgpu::BindGroup {
         self.bind(&pipeline.get_bind_group_layout(index), resources)
     }
 
@@ -362,12 +370,7 @@ fn cutoff(stage: &Stage, batch: &Batch) -> f32 {
 }
 
 /// Draws a batch from the chunks of vertices that it lies in.
-fn draw_batch(
-    pass: &mut wgpu::RenderPass<'_>,
-    batch: &Batch,
-    frame: &[wgpu::BindGroup],
-    textures: &[wgpu::BindGroup],
-) {
+fn draw_batch(pass: &mut wgpu::RenderPass<'_>, batch: &Batch, frame: &[wgpu::BindGroup], textures: &[wgpu::BindGroup]) {
     pass.set_bind_group(1, &textures[batch.texture.map_or(0, |texture| texture + 1)], &[]);
     for (chunk, group) in frame.iter().enumerate() {
         let (from, to) = (batch.first.max(chunk * CHUNK), (batch.first + batch.count).min((chunk + 1) * CHUNK));

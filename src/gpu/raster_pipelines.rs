@@ -51,7 +51,8 @@ impl Pipelines {
         let half = pipeline_layout(gpu, &[Some(&frame), Some(&cover)]);
         let whole = pipeline_layout(gpu, &[Some(&frame), Some(&cover), Some(&shares)]);
         let shadow = |stage| pipeline(gpu, &half, &module, picture::VERTEX, Output::Shares(stage));
-        let picture = |stage, blended| pipeline(gpu, &whole, &module, picture::VERTEX, Output::Picture { stage, blended });
+        let picture =
+            |stage, blended| pipeline(gpu, &whole, &module, picture::VERTEX, Output::Picture { stage, blended });
         let wall = Output::Picture { stage: picture::WALL, blended: true };
         let pipelines = Self {
             depths: depths_pipeline(gpu),

@@ -60,9 +60,11 @@ impl FromStr for Viewpoint {
                 (eye, target) if eye != target => Ok(Self::Exact { eye, target }),
                 _ => Err("eye and target are the same point; move one of them".into()),
             },
-            _ => Err("write auto, top, front, back, left, right, two numbers (degrees around and above, such as 30,25) \
+            _ => {
+                Err("write auto, top, front, back, left, right, two numbers (degrees around and above, such as 30,25) \
                       or six (x,y,z of the eye and of the target)"
-                .into()),
+                    .into())
+            }
         }
     }
 }
@@ -142,7 +144,6 @@ impl Camera {
     pub fn toward_viewer(&self) -> DVec3 {
         self.right.cross(DVec3::Y)
     }
-
 }
 
 /// Width and height of a picture, px, written `1600x1200`.
@@ -182,7 +183,8 @@ impl FromStr for Size {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let sides = text.split_once(['x', 'X', '×']);
-        let sides = sides.and_then(|(w, h)| Some(Self { width: w.trim().parse().ok()?, height: h.trim().parse().ok()? }));
+        let sides =
+            sides.and_then(|(w, h)| Some(Self { width: w.trim().parse().ok()?, height: h.trim().parse().ok()? }));
         let size = sides.ok_or("write columns x rows, such as 1600x1200")?;
         size.check().map_err(|error| error.to_string())?;
         Ok(size)

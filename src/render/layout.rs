@@ -98,7 +98,8 @@ pub fn pack_normal(n: Vec3) -> u32 {
     let n = n / (n.x.abs() + n.y.abs() + n.z.abs()).max(f32::MIN_POSITIVE);
     let folded = |a: f32, b: f32| (1.0 - b.abs()).copysign(a);
     let flat = if n.y >= 0.0 { Vec2::new(n.x, n.z) } else { Vec2::new(folded(n.x, n.z), folded(n.z, n.x)) };
-    let [x, y] = (flat.clamp(Vec2::NEG_ONE, Vec2::ONE) * 32767.0).round().to_array().map(|x| u32::from(x as i16 as u16));
+    let [x, y] =
+        (flat.clamp(Vec2::NEG_ONE, Vec2::ONE) * 32767.0).round().to_array().map(|x| u32::from(x as i16 as u16));
     x | y << 16
 }
 

@@ -41,13 +41,7 @@ impl Screen {
 
     /// Calls `hit` with column, row, sample and depth for every sample inside. `samples` are places in a pixel, from
     /// 0 to 1 across and down.
-    pub fn scan(
-        &self,
-        rows: Range<u32>,
-        width: u32,
-        samples: &[DVec2],
-        mut hit: impl FnMut(u32, u32, usize, f32),
-    ) {
+    pub fn scan(&self, rows: Range<u32>, width: u32, samples: &[DVec2], mut hit: impl FnMut(u32, u32, usize, f32)) {
         let [a, b, c] = self.0;
         let area = (b - a).truncate().perp_dot((c - a).truncate());
         if area == 0.0 || !area.is_finite() {

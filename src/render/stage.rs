@@ -16,6 +16,8 @@ const MAX_TRIANGLES: usize = 1 << 23;
 const FAR: f64 = 8.0;
 /// Half side of the drawn ground over the scene's half extent. It has faded into the background there.
 const GROUND: f32 = 3.4;
+/// How far below its height the ground is drawn over the scene's half extent.
+const SUNK: f32 = 1e-4;
 /// About the longest edge of the triangles of a wall over the scene's half extent, and how often an edge may be halved for that.
 const WALL_CELL: f32 = 0.04;
 const MAX_HALVINGS: f32 = 6.0;
@@ -102,7 +104,8 @@ impl Stage {
                 scene.file.display()
             )));
         }
-        let boxes: Vec<[DVec3; 2]> = scene.objects.iter().zip(&found).map(|(object, model)| bounds(object, model)).collect();
+        let boxes: Vec<[DVec3; 2]> =
+            scene.objects.iter().zip(&found).map(|(object, model)| bounds(object, model)).collect();
         for (i, model) in found.iter().enumerate() {
             let corners = model.mesh.triangles.as_flattened();
             let used = corners.iter().map(|&corner| model.mesh.vertices[corner as usize].as_dvec3());
@@ -115,7 +118,8 @@ impl Stage {
             notes.push(format!("object \"{}\" is too far from the others to be in the picture", object.name));
         }
         let framed = boxes.iter().zip(&kept).filter(|(_, kept)| **kept);
-        let [low, high] = framed.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[l, h], (b, _)| [l.min(b[0]), h.max(b[1])]);
+        let [low, high] =
+            framed.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[l, h], (b, _)| [l.min(b[0]), h.max(b[1])]);
         let [low, high] = if low.is_finite() { [low, high] } else { [DVec3::NEG_ONE, DVec3::ONE] };
         let origin = (0.5 * (low + high)).round();
         let mut stage = Self {
@@ -229,7 +233,8 @@ impl Stage {
 
     fn add_ground(&mut self) {
         let half = GROUND * self.radius;
-        let height = (self.floor - self.origin.y) as f32;
+        // What stands on it is not in the same plane as it.
+        let height = (self.floor - self.origin.y) as f32 - SUNK * self.radius;
         let middle = self.center.with_y(height);
         let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]];
         let corners = corners.map(|[x, z]| plain(middle + Vec3::new(x * half, 0.0, z * half), Vec3::Y));
@@ -255,7 +260,10 @@ fn subdivided([a, b, c]: [Vertex; 3], halvings: u32) -> Vec<[Vertex; 3]> {
     }
     let middle = |p: Vertex, q: Vertex| Vertex { position: p.position.midpoint(q.position), ..p };
     let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].into_iter().flat_map(|t| subdivided(t, halvings - 1)).collect()
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        .into_iter()
+        .flat_map(|t| subdivided(t, halvings - 1))
+        .collect()
 }
 
 fn plain(position: Vec3, normal: Vec3) -> Vertex {
@@ -294,7 +302,8 @@ fn walls(scene: &Scene, boxes: &[[DVec3; 2]], middle: DVec3) -> Vec<DVec3> {
     if !scene.room.walls.is_empty() {
         return scene.room.walls.iter().map(|wall| wall.normal).collect();
     }
-    let hanging = scene.objects.iter().zip(boxes).filter(|(object, _)| matches!(object.parent, Parent::Root(Root::Wall)));
+    let hanging =
+        scene.objects.iter().zip(boxes).filter(|(object, _)| matches!(object.parent, Parent::Root(Root::Wall)));
     let inward = hanging.map(|(_, [low, high])| (middle - 0.5 * (*low + *high)).with_y(0.0).normalize_or_zero());
     let sum: DVec3 = inward.sum();
     sum.try_normalize().into_iter().collect()
@@ -320,6 +329,7 @@ fn is_room(scene: &Scene, i: usize) -> bool {
     let mut words = text.split(|c: char| !c.is_alphabetic());
     // "wall light" and "picture on the wall" hang there; a wall itself is held, and called so.
     let named = object.category.to_lowercase();
-    let is_one = ROOM_WORDS.contains(&named.trim()) || (named.is_empty() && words.all(|w| w.is_empty() || ROOM_WORDS.contains(&w)));
+    let is_one = ROOM_WORDS.contains(&named.trim())
+        || (named.is_empty() && words.all(|w| w.is_empty() || ROOM_WORDS.contains(&w)));
     is_one && scene.is_static(i) && object.relation != Relation::Hanging
 }

@@ -73,10 +73,15 @@ fn write_page(out: &mut String, report: &Report<'_>, pictures: Option<[&[u8]; 2]
             image(after, "The result from the same camera")
         )?;
     }
-    writeln!(out, "<h2>Objects</h2>\n<table><tr><th>object</th><th>moved</th><th>turned</th><th>drift in the check</th>")?;
+    writeln!(
+        out,
+        "<h2>Objects</h2>\n<table><tr><th>object</th><th>moved</th><th>turned</th><th>drift in the check</th>"
+    )?;
     writeln!(out, "<th>deepest overlap</th><th class=\"state\">in the check</th></tr>")?;
     let mut objects: Vec<&Object<'_>> = report.objects.iter().collect();
-    objects.sort_by(|a, b| (b.simulated, b.moved).partial_cmp(&(a.simulated, a.moved)).unwrap_or(std::cmp::Ordering::Equal));
+    objects.sort_by(|a, b| {
+        (b.simulated, b.moved).partial_cmp(&(a.simulated, a.moved)).unwrap_or(std::cmp::Ordering::Equal)
+    });
     let longest = objects.iter().map(|object| object.moved).fold(f64::MIN_POSITIVE, f64::max);
     for object in objects {
         let (state, class) = state(object);

@@ -138,7 +138,8 @@ impl Reader<'_> {
         }
         vertices.extend(positions.iter().map(|p| transform.transform_point3(p.as_dvec3()).as_vec3()));
         if let Some(look) = &mut self.look {
-            let corners = triangles[first_triangle..].iter().map(|triangle| triangle.map(|corner| corner - first_vertex));
+            let corners =
+                triangles[first_triangle..].iter().map(|triangle| triangle.map(|corner| corner - first_vertex));
             look.read_primitive(self.root, &mut self.buffers, primitive, transform, corners);
         }
         Ok(())

@@ -46,7 +46,8 @@ impl<'a> LookReader<'a> {
         };
         let normals = attribute(Semantic::Normals, &[Type::Vec3]);
         let colors = attribute(Semantic::Colors(0), &[Type::Vec3, Type::Vec4]);
-        let uvs = texture.map_or_else(Vec::new, |texture| attribute(Semantic::TexCoords(texture.tex_coord), &[Type::Vec2]));
+        let uvs =
+            texture.map_or_else(Vec::new, |texture| attribute(Semantic::TexCoords(texture.tex_coord), &[Type::Vec2]));
         let cutoff = material.map_or(0.0, |material| match material.alpha_mode {
             Checked::Valid(AlphaMode::Mask) => material.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0),
             Checked::Valid(AlphaMode::Blend) => INVISIBLE,
@@ -109,7 +110,8 @@ impl<'a> LookReader<'a> {
                 };
                 decode(&bytes)
             });
-            let image = image.map_err(|problem| self.note(&format!("image {index}"), &problem, "drawn in plain colour"));
+            let image =
+                image.map_err(|problem| self.note(&format!("image {index}"), &problem, "drawn in plain colour"));
             self.images.insert(index, image.ok().map(Arc::new));
         }
         Some((self.images.get(&index)?.clone()?, wrap))

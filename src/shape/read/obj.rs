@@ -83,15 +83,7 @@ struct Looks<'a> {
 impl<'a> Looks<'a> {
     fn new(look: &'a mut Look) -> Self {
         let (materials, current) = (vec![(String::new(), Skin::default())], Some(0));
-        Self {
-            look,
-            colors: Vec::new(),
-            uvs: Vec::new(),
-            normals: Vec::new(),
-            materials,
-            current,
-            used: Vec::new(),
-        }
+        Self { look, colors: Vec::new(), uvs: Vec::new(), normals: Vec::new(), materials, current, used: Vec::new() }
     }
 
     fn line<'w>(&mut self, source: &Source<'_>, key: &str, mut words: impl Iterator<Item = &'w str>) {
