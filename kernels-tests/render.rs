@@ -267,9 +267,8 @@ fn frames_and_units_are_those_of_the_file() {
     let turned: Vec<Value> = boxes()
         .into_iter()
         .map(|mut object| {
-            let numbers = |key: &str, object: &Value| -> [f64; 3] {
-                [0, 1, 2].map(|i| object[key][i].as_f64().unwrap() * if key == "position" { 100.0 } else { 100.0 })
-            };
+            let numbers =
+                |key: &str, object: &Value| -> [f64; 3] { [0, 1, 2].map(|i| object[key][i].as_f64().unwrap() * 100.0) };
             let ([x, y, z], [a, b, c]) = (numbers("position", &object), numbers("scale", &object));
             object["position"] = json!([x, -z, y]);
             object["scale"] = json!([a, c, b]);

@@ -158,7 +158,7 @@ fn optimize_leaves_pictures_and_a_page() {
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && told.contains("pictures: drawn by"), "{told}");
     let [before, after] = ["before.png", "after.png"].map(|name| image::open(case.path("out").join(name)).unwrap());
-    assert_eq!((before.width(), before.height()), (1600, 1200));
+    assert_eq!((before.width(), before.height()), (1200, 900));
     assert!(before != after);
     let page = fs::read_to_string(case.path("out/report.html")).unwrap();
     assert!(page.contains("table &amp; &lt;b&gt;") && !page.contains("<b>\u{20}") && !page.contains("<kitchen>"));

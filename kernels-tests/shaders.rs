@@ -12,6 +12,8 @@ mod check;
 mod compose;
 #[path = "../build/generate.rs"]
 mod generate;
+#[path = "../build/raster.rs"]
+mod raster;
 #[allow(dead_code)]
 #[path = "../build/reflect.rs"]
 mod reflect;
@@ -117,6 +119,29 @@ fn every_kernel_has_its_twin_and_its_test() {
             test.lines().take_while(|line| line.starts_with("//!")).any(|line| line.contains(&format!("`{name}`")))
         };
         assert!(own || tests.iter().any(is_named), "{name}: no test names it");
+    }
+}
+
+/// Shaders of pictures are held to the same layouts, and have the stages of a raster pass and no others.
+#[test]
+fn shaders_of_pictures_are_reflected_and_checked() {
+    let (rasters, errors) = raster::rasters(&shipped(), |_, _, _| Vec::new());
+    assert!(errors.is_empty(), "{errors:?}");
+    let code = raster::source(&rasters);
+    for line in ["pub mod picture {", "pub const SOLID: &str = \"solid\";", "assert!(offset_of!(Vertex, uv) == 16,"] {
+        assert!(code.contains(line), "{line}");
+    }
+    const STAGE: &str = "@vertex fn vertex() -> @builtin(position) vec4<f32> { return vec4(0.0); }";
+    for (text, complaint) in [
+        (GOOD.to_owned(), "has a vertex stage"),
+        (format!("{STAGE}{GOOD}"), "vertex and fragment stages only"),
+        (STAGE.replace("vec4(0.0)", "nothing"), "picture.wgsl:1:"),
+        (STAGE.replace("return", "for (;;) {} return"), "only bounded `for` loops"),
+    ] {
+        let mut library = Library::default();
+        library.rasters.insert("picture".into(), File { path: "picture.wgsl".into(), text });
+        let (_, errors) = raster::rasters(&library, |_, _, _| Vec::new());
+        assert!(errors.join("\n").contains(complaint), "{complaint}: {errors:?}");
     }
 }
 

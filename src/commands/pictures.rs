@@ -6,7 +6,8 @@ use rest3d_gpu::render::{Models, Size, Viewpoint, camera, stage};
 use rest3d_gpu::scene::Scene;
 use std::time::Instant;
 
-const SIZE: Size = Size { width: 1600, height: 1200 };
+/// Smaller than that of `render`, because nobody asked for them by name.
+const SIZE: Size = Size { width: 1200, height: 900 };
 
 /// The scene before and after as PNG files, from the same camera. What goes wrong is told, and there are none.
 pub fn before_and_after(before: &Scene, after: &Scene, backend: &BackendArgs) -> Option<[Vec<u8>; 2]> {

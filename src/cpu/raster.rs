@@ -36,7 +36,7 @@ impl Painter for CpuPainter {
         let mut scene = Shading { stage, view, lights, maps, camera, size, shares: Vec::new(), wall: Vec::new() };
         scene.shares = scene.shares();
         scene.wall = scene.wall_shares();
-        let opaque = scene.screens(opaque(stage));
+        let opaque = scene.screens(stage.opaque());
         let blended = scene.screens(stage.blended(scene.view.eye).into_iter());
         let count = size.height.div_ceil(BAND);
         let (opaque_bands, blended_bands) = (bands(&opaque, size, count), bands(&blended, size, count));
@@ -190,7 +190,7 @@ impl Shading<'_> {
         let (mut depths, mut owners) =
             (vec![0.0_f32; (width * height) as usize], vec![NONE; (width * height) as usize]);
         let at = |x: u32, y: u32| 2.0 * (DVec2::new(x.into(), y.into()) + 0.5);
-        for (number, Screen(corners)) in self.screens(opaque(self.stage)) {
+        for (number, Screen(corners)) in self.screens(self.stage.opaque()) {
             let screen = Screen(corners.map(|p| p * DVec3::new(0.5, 0.5, 1.0)));
             let holes = self.holes(number);
             screen.scan(screen.rows(height), width, &[DVec2::splat(0.5)], |x, y, _, depth| {
@@ -450,10 +450,6 @@ impl Shading<'_> {
         }
         lit / all
     }
-}
-
-fn opaque(stage: &Stage) -> impl Iterator<Item = Batch> + '_ {
-    stage.batches.iter().filter(|batch| matches!(batch.kind, Kind::Solid | Kind::Ground)).copied()
 }
 
 fn smoothstep(low: f32, high: f32, x: f32) -> f32 {

@@ -78,7 +78,7 @@ impl GpuPainter {
         let shares = self.bind(&self.pipelines.shares, &[wgpu::BindingResource::TextureView(&whole(&shares))]);
         pass.set_bind_group(2, &shares, &[]);
         let eye = (camera.eye - stage.origin).as_vec3();
-        for batch in opaque(stage).chain(stage.blended(eye)) {
+        for batch in stage.opaque().chain(stage.blended(eye)) {
             let holed = cutoff(stage, &batch) > 0.0;
             pass.set_pipeline(match batch.kind {
                 Kind::Solid if holed => &self.pipelines.holed,
@@ -160,7 +160,7 @@ impl GpuPainter {
         });
         // As far as they count in the picture: an odd side is half a pixel longer.
         pass.set_viewport(0.0, 0.0, 0.5 * size.width as f32, 0.5 * size.height as f32, 0.0, 1.0);
-        for batch in opaque(stage) {
+        for batch in stage.opaque() {
             let holed = cutoff(stage, &batch) > 0.0;
             pass.set_pipeline(if holed { &self.pipelines.holed_shadow } else { &self.pipelines.shadow });
             draw_batch(&mut pass, &batch, frame, textures);
@@ -358,10 +358,6 @@ impl Painter for GpuPainter {
             error => RenderError::Failed(error.to_string()),
         })
     }
-}
-
-fn opaque(stage: &Stage) -> impl Iterator<Item = Batch> + '_ {
-    stage.batches.iter().filter(|batch| matches!(batch.kind, Kind::Solid | Kind::Ground)).copied()
 }
 
 /// Opacity below which a batch has holes.

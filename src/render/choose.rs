@@ -3,7 +3,7 @@
 use super::camera::AUTO_ELEVATION;
 use super::scan::project;
 use super::{Camera, Size, Stage};
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// Degrees between the views that are tried.
@@ -54,7 +54,7 @@ fn visible(stage: &Stage, camera: &Camera) -> f64 {
     let every = stage.casters.triangles.len().div_ceil(ENOUGH).max(1);
     for (object, range) in stage.objects.array_windows().map(|&[from, to]| from..to).enumerate() {
         for triangle in stage.casters.triangles[range].iter().step_by(every) {
-            let corners = triangle.map(|i| clip * DVec4::from(stage.casters.positions[i as usize].as_dvec4()));
+            let corners = triangle.map(|i| clip * stage.casters.positions[i as usize].as_dvec4());
             project(corners, near, SMALL, |screen| {
                 screen.scan(screen.rows(SMALL.height), SMALL.width, &[DVec2::splat(0.5)], |x, y, _, depth| {
                     let at = (y * SMALL.width + x) as usize;

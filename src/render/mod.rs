@@ -179,5 +179,5 @@ pub fn near(stage: &Stage) -> f32 {
 fn grid(radius: f32) -> f32 {
     let wanted = (radius / 2.5).max(1e-6);
     let power = 10.0_f32.powf(wanted.log10().floor());
-    if wanted >= 5.0 * power { 5.0 * power } else { power }
+    if wanted >= 3.0 * power { 5.0 * power } else { power }
 }

@@ -5,17 +5,19 @@ use glam::DVec3;
 
 /// How far a wall goes beyond the objects, share of the scene's half extent.
 const BEYOND: f64 = 0.12;
-/// Share of the scene's points below the ground from which on it cannot be the ground that they stand on.
-const SUNK: f64 = 0.3;
+/// Share of the objects wholly below the ground, by more than `DEEP` (m), from which on it cannot be the ground that they
+/// stand on.
+const BURIED: f64 = 0.2;
+const DEEP: f64 = 0.02;
 
-/// Height at which the ground is drawn: 0, or under the scene where too much of it would be hidden, as it is before a
-/// reconstruction is turned upright.
-pub fn floor_height(points: &[DVec3]) -> f64 {
-    let sunk = points.iter().filter(|p| p.y < -0.02).count();
-    if (sunk as f64) < SUNK * points.len() as f64 {
+/// Height at which the ground is drawn: 0, or under the objects (given by their boxes) where too many would be hidden, as
+/// it is before a reconstruction is turned upright. Single ones that are sunk or lost stay so.
+pub fn floor_height<'a>(boxes: impl Iterator<Item = &'a [DVec3; 2]> + Clone) -> f64 {
+    let buried = boxes.clone().filter(|[_, high]| high.y < -DEEP).count();
+    if (buried as f64) <= BURIED * boxes.clone().count() as f64 {
         return 0.0;
     }
-    points.iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
+    boxes.map(|[low, _]| low.y).fold(f64::INFINITY, f64::min)
 }
 
 /// The part of each wall that is beside the scene (given by its box), counter-clockwise seen from inside the room.

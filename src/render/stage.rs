@@ -137,7 +137,7 @@ impl Stage {
             notes,
         };
         stage.add_objects(scene, &found, &kept);
-        stage.floor = room::floor_height(&stage.framed);
+        stage.floor = room::floor_height(boxes.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(b, _)| b));
         if stage.floor != 0.0 {
             let height = stage.floor;
             stage.notes.push(format!("much of the scene is below its ground, which is drawn at {height:.2} m instead"));
@@ -152,6 +152,11 @@ impl Stage {
     /// Corners of a triangle, m from the origin.
     pub fn triangle(&self, number: usize) -> [Vec3; 3] {
         [0, 1, 2].map(|corner| self.vertices[3 * number + corner].position)
+    }
+
+    /// The batches that hide what is behind them.
+    pub fn opaque(&self) -> impl Iterator<Item = Batch> + '_ {
+        self.batches.iter().filter(|batch| matches!(batch.kind, Kind::Solid | Kind::Ground)).copied()
     }
 
     /// The batches that are seen through, from far to near, walls seen from behind last.
