@@ -1,10 +1,9 @@
 //! Which processor simulates, and which one goes on when it fails.
 
-use super::{Failure, painter, probe, say};
+use super::{Failure, probe, say};
 use clap::ValueEnum;
-use rest3d_gpu::cpu::{CpuBackend, CpuPainter};
+use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::gpu::{AdapterChoice, AdapterKind, AdapterReport, GpuBackend, GpuError, Options};
-use rest3d_gpu::render::Painter;
 use rest3d_gpu::world::Backend;
 use std::env;
 
@@ -43,6 +42,8 @@ pub struct Opened {
     pub backend: Box<dyn Backend>,
     /// What follows when its device fails.
     pub spares: Spares,
+    /// The graphics adapter that it simulates on, if it is one.
+    pub adapter: Option<AdapterChoice>,
 }
 
 /// What is still to be tried, in this order.
@@ -74,14 +75,6 @@ impl Spares {
 }
 
 impl BackendArgs {
-    /// What draws for a run on this backend: the processor if nothing else is wanted, else an adapter if there is one.
-    pub fn painter(&self) -> Box<dyn Painter> {
-        match self.backend {
-            Choice::Cpu => Box::new(CpuPainter),
-            Choice::Auto | Choice::Gpu => painter::any(self.adapter.as_ref().unwrap_or(&AdapterChoice::Auto)),
-        }
-    }
-
     /// Opens the backend. `--threads` also holds for the making of shapes.
     pub fn open(&self) -> Result<Opened, Failure> {
         // 0: as many as there are cores.
@@ -102,7 +95,7 @@ impl BackendArgs {
 }
 
 fn cpu() -> Opened {
-    Opened { backend: Box::new(CpuBackend), spares: Spares::default() }
+    Opened { backend: Box::new(CpuBackend), spares: Spares::default(), adapter: None }
 }
 
 fn gpu(choice: &AdapterChoice) -> Result<Opened, GpuError> {
@@ -111,8 +104,8 @@ fn gpu(choice: &AdapterChoice) -> Result<Opened, GpuError> {
     let backend = GpuBackend::open_with(&options)?;
     say(format_args!("backend: {}", backend.describe()));
     let adapter = AdapterChoice::Index(backend.report().index);
-    let again = Some(Options { adapter, split: RETRY_SPLIT, ..options });
-    Ok(Opened { backend: Box::new(backend), spares: Spares { again, cpu: true } })
+    let again = Some(Options { adapter: adapter.clone(), split: RETRY_SPLIT, ..options });
+    Ok(Opened { backend: Box::new(backend), spares: Spares { again, cpu: true }, adapter: Some(adapter) })
 }
 
 /// The adapter that was asked for, or what to do about it.

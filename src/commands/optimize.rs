@@ -60,7 +60,7 @@ pub struct Args {
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = config::load(&args.config, args.candidates, args.iterations)?;
-    let Opened { backend, mut spares } = args.backend.open()?;
+    let Opened { backend, mut spares, adapter } = args.backend.open()?;
     let mut scene = Scene::read(&args.scene)?;
     for warning in &scene.warnings {
         say(format_args!("warning: {warning}"));
@@ -101,14 +101,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = Report::new(described, &scene, &shapes, &config, &outcome);
     say(format_args!("{}", report.summary().exact()));
     let after = with_poses(&scene, &outcome);
-    let pictures = if args.no_pictures { None } else { pictures::before_and_after(&scene, &after, &args.backend) };
-    let files = files(after, &shapes, &outcome, &report, pictures, &dir)?;
+    let files = files(after.clone(), &shapes, &outcome, &report, &dir)?;
     let earlier = output::earlier_files(&dir);
     output::write_all(&dir, &files)?;
     output::remove_stale(&dir, &earlier, &files);
     if outcome.finished {
         remove_checkpoint(&checkpoint);
     }
+    // The result is safe now, whatever becomes of its pictures.
+    let pictures = if args.no_pictures { None } else { pictures::before_and_after(&scene, &after, adapter.as_ref()) };
+    output::write_all(&dir, &to_look_at(&report, pictures))?;
     print_result(args.json, &report, report.summary())?;
     if !outcome.finished {
         return Err(Failure::Other(format!(
@@ -133,16 +135,14 @@ fn canonical(scene: &mut Scene, wanted: bool) -> Result<Option<Canonicalization>
     Ok(None)
 }
 
-/// All files of the result, as paths inside `dir`; `scene.json` refers to the others and so comes last.
+/// The files of the result that are for programs, as paths inside `dir`; `scene.json` refers to the others and so comes last.
 fn files(
     mut scene: Scene,
     shapes: &[Shape],
     outcome: &Outcome,
     report: &Report<'_>,
-    pictures: Option<[Vec<u8>; 2]>,
     dir: &Path,
 ) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
-    let page = html(report, pictures.as_ref().map(|pictures| pictures.each_ref().map(Vec::as_slice)));
     let mut report = serde_json::to_vec_pretty(report)
         .map_err(|error| Failure::Other(format!("report.json: cannot be written as JSON: {error}")))?;
     report.push(b'\n');
@@ -152,14 +152,18 @@ fn files(
     }
     let mut files: Vec<(PathBuf, Vec<u8>)> = parts.into_iter().flatten().collect();
     files.push(("energy.csv".into(), energy_csv(outcome).into_bytes()));
-    if let Some([before, after]) = pictures {
-        files.push(("before.png".into(), before));
-        files.push(("after.png".into(), after));
-    }
-    files.push(("report.html".into(), page.into_bytes()));
     files.push(("report.json".into(), report));
     files.push(("scene.json".into(), scene.to_json(dir).into_bytes()));
     Ok(files)
+}
+
+/// The files of the result that are for people.
+fn to_look_at(report: &Report<'_>, pictures: Option<[Vec<u8>; 2]>) -> Vec<(PathBuf, Vec<u8>)> {
+    let page = html(report, pictures.as_ref().map(|pictures| pictures.each_ref().map(Vec::as_slice)));
+    let pictures = pictures.into_iter().flat_map(|pictures| ["before.png", "after.png"].into_iter().zip(pictures));
+    let mut files: Vec<(PathBuf, Vec<u8>)> = pictures.map(|(name, bytes)| (name.into(), bytes)).collect();
+    files.push(("report.html".into(), page.into_bytes()));
+    files
 }
 
 /// The scene as the run leaves it.

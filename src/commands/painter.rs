@@ -1,9 +1,9 @@
 //! Which processor draws.
 
-use super::{Failure, say};
+use super::{Failure, probe, say};
 use clap::ValueEnum;
 use rest3d_gpu::cpu::CpuPainter;
-use rest3d_gpu::gpu::{AdapterChoice, GpuError, GpuPainter};
+use rest3d_gpu::gpu::{AdapterChoice, AdapterReport, GpuError, GpuPainter};
 use rest3d_gpu::render::{Painter, RenderError};
 
 /// The options that choose it.
@@ -33,7 +33,7 @@ impl PainterArgs {
                 "--adapter names a graphics adapter, but --backend cpu uses none; leave one of them out".into(),
             )),
             (Choice::Cpu, None) => Ok(Box::new(CpuPainter)),
-            (Choice::Auto, None) => Ok(any(&AdapterChoice::Auto)),
+            (Choice::Auto, None) => Ok(best()),
             (_, choice) => match GpuPainter::open(choice.as_ref().unwrap_or(&AdapterChoice::Auto)) {
                 Ok(painter) => Ok(Box::new(painter)),
                 Err(error @ (GpuError::NoAdapter(_) | GpuError::Unfit { .. })) => {
@@ -41,6 +41,21 @@ impl PainterArgs {
                 }
                 Err(error) => Err(Failure::Other(error.to_string())),
             },
+        }
+    }
+}
+
+/// The best adapter, else the processor and why. Drivers are asked in a process of their own, because some crash.
+fn best() -> Box<dyn Painter> {
+    let fit = probe::list().and_then(|found| match found.iter().any(AdapterReport::is_fit) {
+        true => Ok(()),
+        false => Err("no adapter that is fit; `adapters` lists what there is".to_owned()),
+    });
+    match fit {
+        Ok(()) => any(&AdapterChoice::Auto),
+        Err(reason) => {
+            say(format_args!("drawn by the cpu: {reason}"));
+            Box::new(CpuPainter)
         }
     }
 }

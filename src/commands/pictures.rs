@@ -1,17 +1,19 @@
 //! The pictures that `optimize` leaves. They are a help to the eye: without them the result is no worse.
 
-use super::backend::BackendArgs;
-use super::{Failure, say};
-use rest3d_gpu::render::{Models, Size, Viewpoint, camera, stage};
+use super::{Failure, painter, say};
+use rest3d_gpu::cpu::CpuPainter;
+use rest3d_gpu::gpu::AdapterChoice;
+use rest3d_gpu::render::{Models, Painter, Picture, RenderError, Size, Viewpoint, camera, stage};
 use rest3d_gpu::scene::Scene;
 use std::time::Instant;
 
 /// Smaller than that of `render`, because nobody asked for them by name.
 const SIZE: Size = Size { width: 1200, height: 900 };
 
-/// The scene before and after as PNG files, from the same camera. What goes wrong is told, and there are none.
-pub fn before_and_after(before: &Scene, after: &Scene, backend: &BackendArgs) -> Option<[Vec<u8>; 2]> {
-    match drawn(before, after, backend) {
+/// The scene before and after as PNG files, from the same camera: drawn on the adapter that simulated, else by the
+/// processor, which needs no driver. What goes wrong is told, and there are none.
+pub fn before_and_after(before: &Scene, after: &Scene, adapter: Option<&AdapterChoice>) -> Option<[Vec<u8>; 2]> {
+    match drawn(before, after, adapter) {
         Ok(pictures) => Some(pictures),
         Err(failure) => {
             say(format_args!("warning: no before.png and after.png: {failure}"));
@@ -20,7 +22,7 @@ pub fn before_and_after(before: &Scene, after: &Scene, backend: &BackendArgs) ->
     }
 }
 
-fn drawn(before: &Scene, after: &Scene, backend: &BackendArgs) -> Result<[Vec<u8>; 2], Failure> {
+fn drawn(before: &Scene, after: &Scene, adapter: Option<&AdapterChoice>) -> Result<[Vec<u8>; 2], Failure> {
     let clock = Instant::now();
     let mut models = Models::default();
     let first = stage(before, &mut models)?;
@@ -28,10 +30,18 @@ fn drawn(before: &Scene, after: &Scene, backend: &BackendArgs) -> Result<[Vec<u8
         say(format_args!("warning: {note}"));
     }
     let second = stage(after, &mut models)?;
-    let painter = backend.painter();
     let camera = camera(Viewpoint::Auto, before, &[&first], SIZE);
-    let paint = |stage| Ok::<_, Failure>(painter.paint(stage, &camera, SIZE)?.png()?);
-    let pictures = [paint(&first)?, paint(&second)?];
+    let both = |painter: &dyn Painter| -> Result<[Picture; 2], RenderError> {
+        Ok([painter.paint(&first, &camera, SIZE)?, painter.paint(&second, &camera, SIZE)?])
+    };
+    let mut painter = adapter.map_or_else(|| Box::new(CpuPainter) as Box<dyn Painter>, painter::any);
+    let pictures = both(painter.as_ref()).or_else(|error| {
+        say(format_args!("drawn by the cpu, not by {}: {error}", painter.describe()));
+        painter = Box::new(CpuPainter);
+        both(painter.as_ref())
+    });
+    let [before, after] = pictures?;
+    let pictures = [before.png()?, after.png()?];
     say(format_args!("pictures: drawn by {}, {:.1} s", painter.describe(), clock.elapsed().as_secs_f64()));
     Ok(pictures)
 }
