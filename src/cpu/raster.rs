@@ -2,7 +2,7 @@
 
 use crate::render::{
     BACKGROUND, Batch, Camera, Kind, Light, Painter, Picture, RenderError, SKY_SIDE, SUN_SIDE, SUNS, Screen, Size,
-    Stage, Vertex, View, lights, near, project, to_byte, to_linear, unpack_normal, view,
+    Stage, Vertex, View, byte_to_linear, lights, near, project, to_byte, unpack_normal, view,
 };
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
@@ -458,6 +458,6 @@ fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
 }
 
 fn unpack_color(packed: u32) -> Vec4 {
-    let [r, g, b, a] = packed.to_le_bytes().map(|byte| f32::from(byte) / 255.0);
-    Vec3::new(r, g, b).map(to_linear).extend(a)
+    let [r, g, b, a] = packed.to_le_bytes();
+    Vec3::from_array([r, g, b].map(byte_to_linear)).extend(f32::from(a) / 255.0)
 }

@@ -24,7 +24,7 @@ pub use model::Models;
 pub use scan::{Screen, project};
 pub use sheet::{Cell, Sheet, sheet, size as sheet_size};
 pub use stage::{Batch, Casters, Kind, Stage};
-pub use texture::{Texture, to_byte, to_linear};
+pub use texture::{Texture, byte_to_linear, to_byte};
 
 use crate::scene::{Scene, SceneError};
 use glam::{DVec3, Vec2, Vec3};

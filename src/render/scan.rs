@@ -51,8 +51,11 @@ impl Screen {
         let edge = |p: DVec3, q: DVec3| DVec3::new(p.y - q.y, q.x - p.x, p.x * q.y - p.y * q.x) / area;
         let edges = [edge(b, c), edge(c, a), edge(a, b)];
         let depth = edges[0] * a.z + edges[1] * b.z + edges[2] * c.z;
+        // Most triangles are small: looking for their edges in each row would cost more than it saves.
+        let all = pixels(self.0.map(|p| p.x), width);
+        let small = all.len() <= 4;
         for y in rows {
-            for x in self.span(y, width) {
+            for x in if small { all.clone() } else { self.span(y, width) } {
                 for (number, sample) in samples.iter().enumerate() {
                     let at = DVec3::new(f64::from(x) + sample.x, f64::from(y) + sample.y, 1.0);
                     if edges.iter().all(|edge| edge.dot(at) >= 0.0) {
@@ -85,7 +88,9 @@ impl Screen {
 
 /// The pixels between the least and the greatest of some places.
 fn pixels<const N: usize>(places: [f64; N], count: u32) -> Range<u32> {
-    let low = places.iter().copied().fold(f64::INFINITY, f64::min).floor().clamp(0.0, f64::from(count));
-    let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max).ceil().clamp(0.0, f64::from(count));
-    low as u32..(high as u32).max(low as u32)
+    let low = places.iter().copied().fold(f64::INFINITY, f64::min).clamp(0.0, f64::from(count)) as u32;
+    let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max).clamp(0.0, f64::from(count));
+    // Rounded up, without the call that older processors need for it.
+    let last = high as u32 + u32::from(high > f64::from(high as u32));
+    low..last.max(low)
 }

@@ -105,8 +105,13 @@ pub fn to_byte(linear: f32) -> u8 {
     (255.0 * encoded).round() as u8
 }
 
+/// The linear intensity of a byte in sRGB.
+pub fn byte_to_linear(byte: u8) -> f32 {
+    LINEAR[usize::from(byte)]
+}
+
 /// The linear intensity of a value in sRGB.
-pub fn to_linear(encoded: f32) -> f32 {
+fn to_linear(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
