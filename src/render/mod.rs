@@ -36,7 +36,7 @@ pub const BACKGROUND: Vec3 = Vec3::new(0.80, 0.81, 0.82);
 /// From light to brightness.
 const EXPOSURE: f32 = 1.45;
 /// See [`share_a_view`].
-const MUCH_LARGER: f64 = 1.5;
+const MUCH_LARGER: f64 = 1.25;
 /// Share of the scene's half extent within which nothing is drawn before the eye.
 const NEAR: f32 = 1e-3;
 

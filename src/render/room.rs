@@ -3,6 +3,8 @@
 use crate::scene::{Room, Wall};
 use glam::DVec3;
 
+/// Walls farther from the middle than this times the objects' half extent end beside the objects.
+const MEETING: f64 = 2.0;
 /// How far a wall goes beyond the objects, share of the scene's half extent.
 const BEYOND: f64 = 0.12;
 /// Share of the objects wholly below the ground, by more than `DEEP` (m), from which on it cannot be the ground that they
@@ -23,13 +25,20 @@ pub fn floor_height<'a>(boxes: impl Iterator<Item = &'a [DVec3; 2]> + Clone) -> 
 /// The part of each wall that is beside the scene (given by its box), counter-clockwise seen from inside the room.
 pub fn walls(room: &Room, [low, high]: [DVec3; 2], floor: f64) -> Vec<Vec<DVec3>> {
     let beyond = BEYOND * 0.5 * (high - low).length();
-    let (low, high) = (low - beyond, high + beyond);
+    let middle = 0.5 * (low + high);
+    let (mut low, mut high) = (low - beyond, high + beyond);
+    // Walls that are not far from the objects meet in the corners of the room.
+    for wall in &room.walls {
+        let foot = middle - wall.normal * wall.normal.dot(middle - wall.point);
+        if foot.distance(middle) < MEETING * 0.5 * (high - low).length() {
+            (low, high) = (low.min(foot), high.max(foot));
+        }
+    }
     let ceiling = room.ceiling.unwrap_or(high.y).max(high.y - beyond);
     let polygon = |(number, wall): (usize, &Wall)| {
         let n = wall.normal;
         let across = DVec3::Y.cross(n).try_normalize()?;
         let up = n.cross(across);
-        let middle = 0.5 * (low + high);
         let middle = middle - n * n.dot(middle - wall.point);
         let reach = (high - low).length();
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -42,7 +51,7 @@ pub fn walls(room: &Room, [low, high]: [DVec3; 2], floor: f64) -> Vec<Vec<DVec3>
                 cut(wall.point, wall.normal);
             }
         }
-        // A wall far from the objects stays as far as its neighbours reach; without them it ends beside the objects.
+        // Where it has no neighbour, it ends beside the objects.
         for axis in [DVec3::X, DVec3::Z] {
             if n.dot(axis).abs() < 0.5 {
                 cut(low.min(wall.point), axis);

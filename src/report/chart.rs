@@ -20,6 +20,8 @@ const SIZE: [f64; 2] = [360.0, 280.0];
 const MARGINS: [f64; 4] = [64.0, 36.0, 20.0, 44.0];
 /// Height of the heading above the charts, px.
 const HEADING: f64 = 36.0;
+/// Room for a size along the axis, px.
+const LABEL: f64 = 26.0;
 /// About how many intervals the axis of values has.
 const INTERVALS: f64 = 5.0;
 
@@ -69,8 +71,13 @@ fn draw(chart: &Chart, out: &mut String) {
     for y in (0..=intervals as u32).map(|i| f64::from(i) * step) {
         text(left - 6.0, up(y) + 4.0, "text-anchor=\"end\"", &short(y));
     }
+    let mut free = f64::NEG_INFINITY;
     for &(x, _) in &points {
-        text(across(x), bottom + 16.0, "text-anchor=\"middle\"", &short(x));
+        // A size that would be written over the one before is left out.
+        if across(x) >= free {
+            text(across(x), bottom + 16.0, "text-anchor=\"middle\"", &short(x));
+            free = across(x) + LABEL;
+        }
     }
     for y in (0..=intervals as u32).map(|i| up(f64::from(i) * step)) {
         let _ = writeln!(out, "<path d=\"M{left:.1} {y:.1}H{right:.1}\" stroke=\"#ddd\"/>");
@@ -103,7 +110,13 @@ fn round_step(least: f64) -> f64 {
 /// At most four digits, with k and M for thousands and millions.
 fn short(value: f64) -> String {
     let digits = |value: f64| {
-        let text = format!("{value:.*}", if value >= 100.0 { 0 } else { 2 });
+        let decimals = match value {
+            v if v >= 100.0 => 0,
+            // Two digits of what is small.
+            v if v > 0.0 && v < 0.1 => (1.0 - v.log10().floor()).min(9.0) as usize,
+            _ => 2,
+        };
+        let text = format!("{value:.decimals$}");
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
     };
     match value {
@@ -163,9 +176,16 @@ mod tests {
         for (least, step) in [(0.7, 1.0), (1.0, 1.0), (13.0, 20.0), (60.0, 100.0), (0.03, 0.05)] {
             assert!((round_step(least) / step - 1.0).abs() < 1e-9, "{least}");
         }
-        for (value, text) in
-            [(0.0, "0"), (0.5, "0.5"), (64.0, "64"), (16384.0, "16384"), (2.5e5, "250 k"), (1e6, "1 M")]
-        {
+        for (value, text) in [
+            (0.0, "0"),
+            (0.005, "0.005"),
+            (0.025, "0.025"),
+            (0.5, "0.5"),
+            (64.0, "64"),
+            (16384.0, "16384"),
+            (2.5e5, "250 k"),
+            (1e6, "1 M"),
+        ] {
             assert_eq!(short(value), text);
         }
     }

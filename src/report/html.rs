@@ -123,7 +123,7 @@ fn chart(report: &Report<'_>, group: usize) -> Option<Chart> {
         .filter(|point| point.1.is_finite())
         .collect();
     let title = report.groups[group].name.to_owned();
-    (!points.is_empty()).then(|| Chart { title, x: "iteration".into(), y: "energy".into(), points })
+    (points.len() > 1).then(|| Chart { title, x: "iteration".into(), y: "energy".into(), points })
 }
 
 fn state(object: &Object<'_>) -> (&'static str, &'static str) {
