@@ -29,8 +29,8 @@ pub struct Run<'a> {
 /// The document. Lengths in m, angles in rad, times in s, unless a name says otherwise.
 #[derive(Debug, Serialize)]
 pub struct Report<'a> {
-    pub(super) tool: &'static str,
-    pub(super) version: &'static str,
+    tool: &'static str,
+    version: &'static str,
     pub(super) scene: &'a str,
     #[serde(flatten)]
     pub(super) run: Run<'a>,
@@ -62,16 +62,16 @@ pub(super) struct Object<'a> {
     pub(super) stable: bool,
     pub(super) fallen: bool,
     pub(super) lost_support: bool,
-    pub(super) exact: Exact,
+    exact: Exact,
     pub(super) check: Check,
     mass: f32,
     shape: &'a Quality,
-    pub(super) notes: &'a [String],
+    notes: &'a [String],
 }
 
 /// What the exact step did with the object, m.
 #[derive(Debug, Serialize)]
-pub(super) struct Exact {
+struct Exact {
     /// Upwards.
     raised: f64,
     /// Sideways.
@@ -83,10 +83,10 @@ pub(super) struct Exact {
 
 #[derive(Debug, Serialize)]
 pub(super) struct Overlap<'a> {
-    a: &'a str,
-    b: &'a str,
+    pub(super) a: &'a str,
+    pub(super) b: &'a str,
     /// The shortest shift that would part them, m; none if none within reach does.
-    depth: Option<f64>,
+    pub(super) depth: Option<f64>,
 }
 
 /// What the check measured from the result on.
@@ -114,7 +114,7 @@ pub(super) struct Terms {
 pub(super) struct Group<'a> {
     pub(super) name: &'a str,
     units: &'a [String],
-    pub(super) best: Option<Energy>,
+    best: Option<Energy>,
     /// Iteration and candidate, for a replay.
     winner: Option<(u32, u32)>,
     status: BTreeMap<&'static str, u64>,

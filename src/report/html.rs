@@ -98,6 +98,13 @@ fn write_page(out: &mut String, report: &Report<'_>, pictures: Option<[&[u8]; 2]
         )?;
     }
     writeln!(out, "</table>")?;
+    if !report.mesh_overlaps.is_empty() {
+        writeln!(out, "<h2>Meshes that still overlap</h2>")?;
+        for overlap in &report.mesh_overlaps {
+            let depth = overlap.depth.map_or_else(|| "deep".into(), millimetres);
+            writeln!(out, "<p>{} and {}: {depth}</p>", escaped(overlap.a), escaped(overlap.b))?;
+        }
+    }
     let charts: Vec<Chart> = (0..report.groups.len()).filter_map(|group| chart(report, group)).collect();
     if !charts.is_empty() {
         writeln!(out, "<h2>Energy of the best layout</h2>\n<div class=\"charts\">")?;
