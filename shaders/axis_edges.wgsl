@@ -90,8 +90,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
 
     var normal = vec3(0.0);
     var found = 0u;
+    // The face left over may be so near the margin that edges must beat more than it: only what is found ends the search.
+    var apart = false;
     for (var word_b = 0u; word_b < MASK_WORDS; word_b++) {
-        for (var open_b = masks[MASK_WORDS + word_b]; open_b != 0u && least <= margin; open_b &= open_b - 1u) {
+        for (var open_b = masks[MASK_WORDS + word_b]; open_b != 0u && !apart; open_b &= open_b - 1u) {
             let j = 32u * word_b + firstTrailingBit(open_b);
             let edge_b = edges[b.first_edge + j];
             let left_b = times(to_a.rotation, faces[b.first_face + edge_b.faces.x].plane.xyz);
@@ -99,7 +101,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             let start_b = carried(to_a, vertices[b.first_vertex + edge_b.vertices.x].xyz);
             let along_b = unit(carried(to_a, vertices[b.first_vertex + edge_b.vertices.y].xyz) - start_b);
             for (var word_a = 0u; word_a < MASK_WORDS; word_a++) {
-                for (var open_a = masks[word_a]; open_a != 0u && least <= margin; open_a &= open_a - 1u) {
+                for (var open_a = masks[word_a]; open_a != 0u && !apart; open_a &= open_a - 1u) {
                     let i = 32u * word_a + firstTrailingBit(open_a);
                     // The arcs left–right of A and of B, the latter turned round, must cross on the Gauss map.
                     let edge_a = edges[a.first_edge + i];
@@ -129,6 +131,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
                     let distance = lowest(b, axis * to_a.rotation) + dot(axis, to_a.shift) + lowest(a, -axis);
                     if (distance > least) {
                         least = distance;
+                        apart = distance > margin;
                         normal = axis;
                         found = EDGES | i << 12u | j;
                     }

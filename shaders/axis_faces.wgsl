@@ -63,8 +63,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let ball = balls[select(pair.b, pair.a, on_b)];
         let center = select(carried(to_a, ball.center), ball.center, on_b);
         var least = best.distance + select(preferred(preference, best.distance), 0.0, best.feature == 0u);
-        // The plane farthest from the centre first: it is often the best one and rules out the others. Groups of four as
-        // in the twin.
+        // The plane farthest from the centre first: it is often the best one and rules out the others.
         var peak = -FAR;
         var start = 0u;
         for (var i = 0u; i < hull.face_count; i++) {
@@ -73,7 +72,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             start = select(start, i, height > peak);
             peak = max(peak, height);
         }
-        start &= ~3u;
         for (var i = 0u; i < hull.face_count && best.distance <= margin; i++) {
             let number = start + i - select(0u, hull.face_count, start + i >= hull.face_count);
             let plane = plane_in_a(faces[hull.first_face + number].plane, to_a, on_b);

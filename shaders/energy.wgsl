@@ -58,8 +58,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         energy.stability += distance(at.translation, placed[i].translation)
             + angle_between(at.rotation, placed[i].rotation);
         energy.velocity += length(snapshot[i].linear);
-        energy.layout_ += weights.position * distance(at.translation, reference[body].translation)
-            + angle_between(at.rotation, reference[body].rotation);
+        energy.layout_ += weights.position * distance(at.translation, reference[body].translation);
+        energy.layout_ += angle_between(at.rotation, reference[body].rotation);
     }
     var before = 0.0;
     var after = 0.0;

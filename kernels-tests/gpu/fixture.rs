@@ -5,7 +5,9 @@ use bytemuck::Pod;
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::sample::{normals, philox};
-use rest3d_gpu::gpu::{AdapterChoice, Buffer, Download, Gpu, GpuBackend, GpuError, Kernels, Recorder, Step};
+use rest3d_gpu::gpu::{
+    AdapterChoice, AdapterKind, Buffer, Download, Gpu, GpuBackend, GpuError, Kernels, Recorder, Step,
+};
 use rest3d_gpu::world::{Body, BodyDef, Energy, Pose, STATIC, Winner, World, angle_between};
 use std::sync::OnceLock;
 
@@ -53,6 +55,11 @@ impl Device {
         const POISON: u32 = 0x7fc0_dead;
         let words = vec![POISON; buffer.len() * size_of::<T>() / 4];
         buffer.upload(&self.gpu, &bytemuck::pod_collect_to_vec::<u32, T>(&words));
+    }
+
+    /// How far a kernel that gives its twin's bits on a software adapter may be off: cards round as they like.
+    pub fn rounding(&self, on_cards: f32) -> f32 {
+        if self.gpu.report().kind == AdapterKind::Software { 0.0 } else { on_cards }
     }
 
     pub fn run(&self, step: &Step) {
@@ -107,7 +114,7 @@ impl Value for f32 {
         if self == other { 0.0 } else { (self - other).abs() / other.abs().max(1.0) }
     }
     fn spoil(&mut self, by: f32) {
-        *self += by * self.abs().max(1.0);
+        *self = if by == 0.0 { self.next_up() } else { *self + by * self.abs().max(1.0) };
         if !self.is_finite() {
             *self = 0.0;
         }
@@ -125,11 +132,17 @@ impl Value for u32 {
 
 impl Value for Pose {
     fn distance(&self, other: &Self) -> f32 {
+        if (self.rotation, self.translation) == (other.rotation, other.translation) {
+            return 0.0;
+        }
         let [turn, length] = [angle_between(self.rotation, other.rotation), self.rotation.length() - 1.0];
         let shift = self.translation.distance(other.translation) / other.translation.length().max(1.0);
         shift + turn + length.abs()
     }
     fn spoil(&mut self, by: f32) {
+        if by == 0.0 {
+            self.translation.x.spoil(by);
+        }
         self.rotation = Quat::from_rotation_y(2.0 * by) * self.rotation;
     }
 }

@@ -9,7 +9,7 @@ use rest3d_gpu::gpu::kernels::PlaceBuffers;
 
 pub const TESTS: &[Test] = &[("place::is_its_twin", is_its_twin)];
 
-/// m and rad: turns of up to π through arcs of metres.
+/// m and rad, on cards: turns of up to π through arcs of metres.
 const TOLERANCE: f32 = 2e-6;
 
 fn is_its_twin(device: &Device) -> Result<(), Failed> {
@@ -38,7 +38,7 @@ fn is_its_twin(device: &Device) -> Result<(), Failed> {
             placed: placed.write(),
         };
         device.run(&buffers.step(&device.gpu, device.kernels()?, expected.len() as u32));
-        device.expect(&candidates.to_string(), &placed, &expected, TOLERANCE)?;
+        device.expect(&candidates.to_string(), &placed, &expected, device.rounding(TOLERANCE))?;
     }
     Ok(())
 }

@@ -15,7 +15,7 @@ pub const TESTS: &[Test] = &[
     ("sample::a_candidate_does_not_depend_on_the_others", a_candidate_does_not_depend_on_the_others),
 ];
 
-/// Shaders promise sines to 2⁻¹¹ only; adapters in use are a thousand times better. Normals reach 5.8.
+/// On cards, whose roots and quotients are off in the last bits. Normals reach 5.8.
 const TOLERANCE: f32 = 4e-6;
 
 const STREAM: Stream = Stream { seed: 0x0123_4567_89ab_cdef, stage: 5 };
@@ -43,7 +43,7 @@ fn drawn(
     };
     device.run(&buffers.step(&device.gpu, device.kernels()?, candidates * dimensions.div_ceil(4)));
     if !expected.is_empty() {
-        device.expect(&format!("{candidates} × {dimensions}"), &deltas, expected, TOLERANCE)?;
+        device.expect(&format!("{candidates} × {dimensions}"), &deltas, expected, device.rounding(TOLERANCE))?;
     }
     device.fetch(&deltas)
 }

@@ -34,6 +34,9 @@ const VERDICTS: f64 = 0.99;
 const ELITES: f64 = 0.9;
 const RANKS: f64 = 0.98;
 
+/// Smallest share of energies within 1 % of those of the same kernels on the CPU. A software adapter gives their bits.
+const ENERGIES: f64 = 0.98;
+
 pub fn world(scene: &str) -> Result<World, Failed> {
     let scene = Scene::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(scene))?;
     let cache = Cache::default_location();
@@ -128,7 +131,8 @@ fn agree(device: &Device, scene: &str, narrow_phase: NarrowPhase) -> Result<(), 
          elites, {near} of {CANDIDATES} energies within 1 %"
     );
     eprintln!("{said}");
-    if verdicts < VERDICTS || ranks < RANKS || elites < ELITES || counted < 100 {
+    let alike = narrow_phase == NarrowPhase::Reference || near as f64 >= ENERGIES * f64::from(CANDIDATES);
+    if !alike || verdicts < VERDICTS || ranks < RANKS || elites < ELITES || counted < 100 {
         return Err(said.into());
     }
     Ok(())

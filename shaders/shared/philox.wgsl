@@ -2,8 +2,6 @@
 
 #import trigonometry
 
-const TAU: f32 = 6.2831855;
-
 // 2⁻²⁴: random words are used with 24 bits, which f32 holds exactly.
 const PHILOX_UNIT: f32 = 1.0 / 16777216.0;
 
@@ -43,7 +41,7 @@ fn logarithm(x: vec2<f32>) -> vec2<f32> {
     let m = bitcast<vec2<f32>>(bits - (bitcast<vec2<u32>>(k) << vec2(23u)));
     let s = (m - 1.0) / (m + 1.0);
     let t = s * s;
-    let series = 1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t / 9.0)));
+    let series = 1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t * (1.0 / 9.0))));
     return vec2<f32>(k) * LN_2 + 2.0 * s * series;
 }
 
@@ -51,8 +49,7 @@ fn logarithm(x: vec2<f32>) -> vec2<f32> {
 // finite.
 fn normals(words: vec4<u32>) -> vec4<f32> {
     let radius = sqrt(-2.0 * logarithm(vec2<f32>((words.xz >> vec2(8u)) + vec2(1u)) * PHILOX_UNIT));
-    let angle = (vec2<f32>(words.yw >> vec2(8u)) * PHILOX_UNIT - 0.5) * TAU;
-    let turn = sin_cos(angle);
+    let turn = sin_cos_turns((vec2<f32>(words.yw >> vec2(8u)) * PHILOX_UNIT - 0.5) * 4.0);
     let x = radius * turn[1];
     let y = radius * turn[0];
     return vec4(x.x, y.x, x.y, y.y);

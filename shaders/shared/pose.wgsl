@@ -45,5 +45,5 @@ fn from_scaled_axis(v: vec3<f32>) -> vec4<f32> {
 // Angle between two rotations, rad in [0, π].
 fn angle_between(a: vec4<f32>, b: vec4<f32>) -> f32 {
     let d = compose(conjugate(a), b);
-    return 2.0 * atan2(length(d.xyz), abs(d.w));
+    return 2.0 * arctangent(length(d.xyz), abs(d.w));
 }

@@ -32,8 +32,9 @@ pub fn energy(world: &World, weights: &EnergyWeights, trial: &Trial<'_>) -> Ener
         stability +=
             settled.translation.distance(placed.translation) + angle_between(settled.rotation, placed.rotation);
         velocity += trial.snapshot[i].linear.length();
-        layout += weights.position * settled.translation.distance(reference.translation)
-            + angle_between(settled.rotation, reference.rotation);
+        // One after the other: drivers regroup a sum of products.
+        layout += weights.position * settled.translation.distance(reference.translation);
+        layout += angle_between(settled.rotation, reference.rotation);
     }
     let penetration = penetration(trial.depths_placed, weights) + penetration(trial.depths_settled, weights);
     let total = weights.stability * stability

@@ -4,8 +4,8 @@
 //! seed, counter = (stage, iteration, candidate, dimension / 4). A candidate's numbers depend on nothing else, so K,
 //! threads and neighbours cannot change them.
 
-use crate::world::{Stream, sin_cos};
-use std::f32::consts::{LN_2, TAU};
+use crate::world::{Stream, sin_cos_turns};
+use std::f32::consts::LN_2;
 
 /// Philox4x32-10: four random words for a counter and a key.
 pub fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
@@ -32,7 +32,7 @@ fn logarithm(x: f32) -> f32 {
     let m = f32::from_bits(bits.wrapping_sub((k as u32) << 23));
     let s = (m - 1.0) / (m + 1.0);
     let t = s * s;
-    let series = 1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t / 9.0)));
+    let series = 1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t * (1.0 / 9.0))));
     k as f32 * LN_2 + 2.0 * s * series
 }
 
@@ -42,7 +42,7 @@ pub fn normals(words: [u32; 4]) -> [f32; 4] {
     const UNIT: f32 = 1.0 / 16_777_216.0;
     let pair = |a: u32, b: u32| {
         let radius = (-2.0 * logarithm(((a >> 8) + 1) as f32 * UNIT)).sqrt();
-        let (sin, cos) = sin_cos(((b >> 8) as f32 * UNIT - 0.5) * TAU);
+        let (sin, cos) = sin_cos_turns(((b >> 8) as f32 * UNIT - 0.5) * 4.0);
         [radius * cos, radius * sin]
     };
     let ([a, b], [c, d]) = (pair(words[0], words[1]), pair(words[2], words[3]));

@@ -131,6 +131,10 @@ pub const AXIS_BIAS: f32 = 0.5 * LINEAR_SLOP;
 /// The same as a share of the depth: deep overlaps of boxes have edge axes that differ from a face by less than this.
 pub const AXIS_BIAS_RELATIVE: f32 = 0.01;
 
+/// What rounding may add to a height over a face, m: no edge is ruled out by less, so that it does not matter in whose frame
+/// the height was found. Well below `AXIS_BIAS`, or the edges around a face that touches would be searched.
+pub const AXIS_ROUNDING: f32 = 0.1 * LINEAR_SLOP;
+
 /// Depth up to which the last step's axis is used again without a search, m. No other axis can be better by more than
 /// twice this; it must stay below `TOUCHING_DEPTH`.
 pub const COHERENT_DEPTH: f32 = LINEAR_SLOP;

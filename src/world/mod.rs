@@ -18,7 +18,7 @@ pub use backend::{
 };
 pub use body::{Body, BodyDef, Capacities, STATIC, Unit, World};
 pub use hulls::{Edge, Face, Hull, HullTables};
-pub use pose::{Pose, Velocity, angle_between, compose, from_scaled_axis, sin_cos, unit_rotation};
+pub use pose::{Pose, Velocity, angle_between, compose, from_scaled_axis, sin_cos_turns, unit_rotation};
 pub use rollouts::{KernelTime, Rollouts};
 pub use settings::{CemSettings, EnergyWeights, NarrowPhase, PenetrationMode, SimSettings};
 pub use status::Status;

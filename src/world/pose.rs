@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3, Vec4};
-use std::f32::consts::{FRAC_2_PI, FRAC_PI_2};
+use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4};
 
 /// A rigid pose in metres, Y up: `world = rotation · local + translation`. 32 bytes, as the kernels store it.
 #[repr(C)]
@@ -88,8 +88,13 @@ impl Velocity {
 /// Sine and cosine of an angle up to some turns, to 10⁻⁷: the same operations as the shaders', because libraries and
 /// drivers differ in the last bit (polynomials of the Cephes library).
 #[inline]
-pub fn sin_cos(angle: f32) -> (f32, f32) {
-    let turns = angle * FRAC_2_PI;
+fn sin_cos(angle: f32) -> (f32, f32) {
+    sin_cos_turns(angle * FRAC_2_PI)
+}
+
+/// The same of an angle in quarter turns: drivers take two constant factors together.
+#[inline]
+pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     let quarter = turns.round_ties_even();
     let x = (turns - quarter) * FRAC_PI_2;
     let z = x * x;
@@ -134,8 +139,22 @@ pub fn from_scaled_axis(v: Vec3) -> Quat {
 
 /// Geodesic angle between two rotations, radians in [0, π]. Accurate for small angles, where `acos` is not.
 pub fn angle_between(a: Quat, b: Quat) -> f32 {
-    let d = a.conjugate() * b;
-    2.0 * d.xyz().length().atan2(d.w.abs())
+    let d = compose(a.conjugate(), b);
+    2.0 * arctangent(d.xyz().length(), d.w.abs())
+}
+
+/// Angle in [0, π/2] of the direction (x, y), neither negative, to 10⁻⁷: the shaders' operations, as `sin_cos`. 0 of no
+/// direction.
+fn arctangent(y: f32, x: f32) -> f32 {
+    const TAN_PI_8: f32 = 0.414_213_57;
+    let (low, high) = (x.min(y), x.max(y));
+    let steep = low > TAN_PI_8 * high;
+    let (above, below) = if steep { (low - high, low + high) } else { (low, high) };
+    let t = above / if below == 0.0 { 1.0 } else { below };
+    let z = t * t;
+    let near = t * (1.0 + z * (-0.333_329_5 + z * (0.199_777_11 + z * (-0.138_776_86 + z * 0.080_537_446))));
+    let angle = if steep { FRAC_PI_4 } else { 0.0 } + near;
+    if y > x { FRAC_PI_2 - angle } else { angle }
 }
 
 #[cfg(test)]
@@ -152,10 +171,22 @@ mod tests {
             let tolerance = 1.5e-7 + 1.2e-7 * f64::from(angle.abs());
             assert!((f64::from(sine) - s).abs() < tolerance && (f64::from(cosine) - c).abs() < tolerance, "{angle}");
             let turn = from_scaled_axis(Vec3::new(0.6, 0.0, -0.8) * angle);
-            assert!(angle_between(turn, Quat::from_axis_angle(Vec3::new(0.6, 0.0, -0.8), angle)) < 4e-6, "{angle}");
+            assert!(angle_between(turn, Quat::from_axis_angle(Vec3::new(0.6, 0.0, -0.8), angle)) < 6e-6, "{angle}");
             let other = Quat::from_rotation_y(1.0 + angle);
             let [found, known] = [unit_rotation(compose(turn * 3.0, other)), turn * other].map(Vec4::from);
             assert!((found - known).abs().max_element() < 5e-7, "{angle}");
         }
+    }
+
+    #[test]
+    fn arctangents_are_those_of_the_library() {
+        for i in 0_i16..=10_000 {
+            let (y, x) = (f64::from(i) * FRAC_PI_2 as f64 / 1e4).sin_cos();
+            let (y, x) = (y as f32, x.abs() as f32);
+            let known = f64::from(y).atan2(f64::from(x));
+            assert!((f64::from(arctangent(y, x)) - known).abs() < 1.5e-7, "{y} {x}");
+            assert!((f64::from(arctangent(3e-5 * y, 3e-5 * x)) - known).abs() < 3e-7, "{y} {x}");
+        }
+        assert_eq!(arctangent(0.0, 0.0), 0.0);
     }
 }

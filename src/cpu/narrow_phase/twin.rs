@@ -6,7 +6,7 @@
 //! search ends. And with c, r a ball inside the other hull, the separation along n is at most n · (c − p) − r for any p
 //! that supports this hull along n, so that most faces and edges are ruled out without looking at a vertex.
 
-use super::twin_tables::{Lanes, Planes, TwinHull, TwinTables};
+use super::twin_tables::{EdgeLanes, Lanes, Planes, TwinHull, TwinTables};
 use super::{Feature, HullPair, PairCache, Separation};
 use crate::world::constants::{
     AXIS_BIAS, AXIS_BIAS_RELATIVE, CLIP_TOLERANCE, COHERENT_DEPTH, LINEAR_SLOP, MAX_HULL_EDGES, MAX_HULL_FACES,
@@ -14,6 +14,7 @@ use crate::world::constants::{
 };
 use crate::world::{Edge, HullTables};
 use glam::{Mat3, Vec3, Vec4};
+use std::array;
 
 const VERTEX_GROUPS: usize = MAX_HULL_VERTICES.div_ceil(4);
 const PLANE_GROUPS: usize = MAX_HULL_FACES.div_ceil(4);
@@ -222,7 +223,9 @@ impl<'a> Frame<'a> {
                 _ => lowest(vertices_a, normal),
             };
             let threshold = if feature.is_some() { best + preference(best) } else { floor };
-            let found = best_face(planes, height, center, inner, threshold, stop, &mut heights[side]);
+            let count = self.pair.hull(side).face_count as usize;
+            let ball = (center, inner);
+            let found = best_face(planes, count, height, ball, threshold, stop, &mut heights[side]);
             if let (distance, Some(face)) = found {
                 let face = if side == 0 { Feature::FaceA(face) } else { Feature::FaceB(face) };
                 (best, feature) = (distance, Some(face));
@@ -263,37 +266,49 @@ impl<'a> Frame<'a> {
         let mut list_b = [0_u8; MAX_HULL_EDGES];
         let list_a = self.facing_edges(0, &heights[0], self.b.inner_radius + threshold, &mut list_a);
         let list_b = self.facing_edges(1, &heights[1], self.a.inner_radius + threshold, &mut list_b);
+        if list_a.is_empty() || list_b.is_empty() {
+            return None;
+        }
         let faces_a = self.pair.tables.faces_of(self.pair.hull(0));
         let normal_b = |face: u32| planes_b[face as usize / 4].normal.lane(face as usize % 4);
         let vertex_b = |vertex: u32| vertices_b[vertex as usize / 4].lane(vertex as usize % 4);
+        // On the heap: an array for the most edges would take longer to clear than these few to fill.
+        let groups_a = list_a.chunks(4).map(|group| {
+            let edge = |k: usize| &edges_a[group[k.min(group.len() - 1)] as usize];
+            let lines: [(Vec3, Vec3); 4] = array::from_fn(|k| self.edge(0, edge(k)));
+            EdgeLanes {
+                start: Lanes::gather(|k| lines[k].0),
+                along: Lanes::gather(|k| lines[k].1),
+                left: Lanes::gather(|k| faces_a[edge(k).faces[0] as usize].normal()),
+                right: Lanes::gather(|k| faces_a[edge(k).faces[1] as usize].normal()),
+            }
+        });
+        let groups_a: Vec<EdgeLanes> = groups_a.collect();
 
         let mut best: Option<Axis> = None;
         let mut least = threshold;
-        for group in list_b.chunks(4) {
-            let pick = |k: usize| &edges_b[group[k.min(group.len() - 1)] as usize];
-            let left_b = Lanes::gather(|k| normal_b(pick(k).faces[0]));
-            let right_b = Lanes::gather(|k| normal_b(pick(k).faces[1]));
-            let start_b = Lanes::gather(|k| vertex_b(pick(k).vertices[0]));
-            let edge_b =
-                Lanes::gather(|k| (vertex_b(pick(k).vertices[1]) - vertex_b(pick(k).vertices[0])).normalize_or_zero());
-            for &i in list_a {
-                let edge = &edges_a[i as usize];
-                let (start, direction) = self.edge(0, edge);
-                let [left, right] = edge.faces.map(|f| faces_a[f as usize].normal());
+        // Edge by edge of B and, to each, of A by their numbers, four of A at a time: of pairs that part the hulls equally
+        // far, the first is taken.
+        for &j in list_b {
+            let edge = &edges_b[j as usize];
+            let [left, right] = edge.faces.map(normal_b);
+            let [start, end] = edge.vertices.map(vertex_b);
+            let along = (end - start).normalize_or_zero();
+            for (group, list) in groups_a.iter().zip(list_a.chunks(4)) {
                 // The arcs left–right of A and of B, the latter turned round, must cross on the Gauss map.
-                let (left_side, right_side) = (left_b.dot(direction), right_b.dot(direction));
-                let (near_side, far_side) = (edge_b.dot(left), edge_b.dot(right));
+                let (left_side, right_side) = (group.along.dot(left), group.along.dot(right));
+                let (near_side, far_side) = (group.left.dot(along), group.right.dot(along));
                 let crossing = (left_side * right_side).cmplt(Vec4::ZERO)
                     & (near_side * far_side).cmplt(Vec4::ZERO)
                     & (left_side * far_side).cmplt(Vec4::ZERO);
                 if !crossing.any() {
                     continue;
                 }
-                let cross = edge_b.crossed_by(direction);
+                let cross = group.along.crossed_with(along);
                 let square = cross.dot_lanes(&cross);
-                let outward = cross.dot(left + right);
-                let gap = cross.dot_lanes(&start_b.shifted(-start));
-                for k in 0..group.len() {
+                let outward = cross.dot_lanes(&group.left.plus(&group.right));
+                let gap = cross.dot_lanes(&group.start.toward(start));
+                for (k, &i) in list.iter().enumerate() {
                     let (square, sign) = (square[k], if outward[k] < 0.0 { -1.0 } else { 1.0 });
                     if !crossing.test(k) || square < PARALLEL_SINE * PARALLEL_SINE {
                         continue;
@@ -307,7 +322,7 @@ impl<'a> Frame<'a> {
                     let distance = self.along(normal);
                     if distance > least {
                         least = distance;
-                        let feature = Feature::Edges(u32::from(i), u32::from(group[k]));
+                        let feature = Feature::Edges(u32::from(i), u32::from(j));
                         best = Some(Axis { distance, normal, feature });
                         if distance > stop {
                             return best;
@@ -352,14 +367,14 @@ fn lowest(vertices: &[Lanes], direction: Vec3) -> f32 {
     vertices.iter().fold(Vec4::INFINITY, |low, v| low.min(v.dot(direction))).min_element()
 }
 
-/// The plane over which a hull lies highest, if higher than `floor`, and how high; or the first over which it lies higher
-/// than `stop`. `lowest` is how far along a direction the hull begins. `center` and `inner` are the ball inside the vertices' hull; its centre's heights over the planes
-/// go to `heights`.
+/// The first of `count` planes, counted on from the one farthest from the ball inside a hull, over which this hull lies
+/// highest, if higher than `floor`, and how high; or the first over which it lies higher than `stop`. `lowest` is how far
+/// along a direction the hull begins. The heights of the ball's centre over the planes go to `heights`.
 fn best_face(
     planes: &[Planes],
+    count: usize,
     lowest: impl Fn(Vec3) -> f32,
-    center: Vec3,
-    inner: f32,
+    (center, inner): (Vec3, f32),
     floor: f32,
     stop: f32,
     heights: &mut [Vec4; PLANE_GROUPS],
@@ -371,19 +386,20 @@ fn best_face(
     }
     let peak = Vec4::splat(peak.max_element());
     // The plane farthest from the centre first: it is often the best one and rules out the others.
-    let start = heights[..planes.len()].iter().position(|h| h.cmpge(peak).any()).unwrap_or(0);
+    let reached =
+        heights[..planes.len()].iter().map(|h| h.cmpge(peak).bitmask()).zip(0..).find(|(lanes, _)| *lanes != 0);
+    let start = reached.map_or(0, |(lanes, group)| 4 * group + lanes.trailing_zeros() as usize);
     let (mut best, mut index) = (floor, None);
-    for turn in 0..planes.len() {
-        let group = if start + turn < planes.len() { start + turn } else { start + turn - planes.len() };
-        let Planes { normal, offset } = &planes[group];
-        for k in 0..4 {
-            if heights[group][k] - inner > best {
-                let distance = lowest(normal.lane(k)) - offset[k];
-                if distance > best {
-                    (best, index) = (distance, Some((4 * group + k) as u32));
-                    if distance > stop {
-                        return (best, index);
-                    }
+    for turn in 0..count {
+        let face = if start + turn < count { start + turn } else { start + turn - count };
+        let (group, k) = (face / 4, face % 4);
+        if heights[group][k] - inner > best {
+            let Planes { normal, offset } = &planes[group];
+            let distance = lowest(normal.lane(k)) - offset[k];
+            if distance > best {
+                (best, index) = (distance, Some(face as u32));
+                if distance > stop {
+                    break;
                 }
             }
         }

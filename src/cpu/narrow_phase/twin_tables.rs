@@ -1,6 +1,7 @@
 //! Hulls as the separating-axis search reads them: four vertices or planes to a register, and what prunes the search.
 
 use crate::world::HullTables;
+use crate::world::constants::AXIS_ROUNDING;
 use glam::{Mat3, Vec3, Vec4};
 
 /// Four vectors, one per lane.
@@ -52,10 +53,22 @@ impl Lanes {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
-    /// `v` × each vector.
+    /// Each vector × `v`.
     #[inline(always)]
-    pub fn crossed_by(&self, v: Vec3) -> Self {
-        Self { x: self.z * v.y - self.y * v.z, y: self.x * v.z - self.z * v.x, z: self.y * v.x - self.x * v.y }
+    pub fn crossed_with(&self, v: Vec3) -> Self {
+        Self { x: self.y * v.z - self.z * v.y, y: self.z * v.x - self.x * v.z, z: self.x * v.y - self.y * v.x }
+    }
+
+    /// The sums, lane by lane.
+    #[inline(always)]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+    }
+
+    /// What leads from each point to `v`.
+    #[inline(always)]
+    pub fn toward(&self, v: Vec3) -> Self {
+        Self { x: v.x - self.x, y: v.y - self.y, z: v.z - self.z }
     }
 
     /// Vector of one lane.
@@ -72,6 +85,15 @@ pub struct Planes {
     pub offset: Vec4,
 }
 
+/// Four edges: a point of each, its unit direction, and the normals of its faces.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EdgeLanes {
+    pub start: Lanes,
+    pub along: Lanes,
+    pub left: Lanes,
+    pub right: Lanes,
+}
+
 /// Where a hull's groups of four lie, and a ball inside it.
 #[derive(Clone, Copy, Debug)]
 pub struct TwinHull {
@@ -83,7 +105,8 @@ pub struct TwinHull {
     pub center: Vec3,
     /// Radius of the ball, m.
     pub inner_radius: f32,
-    /// How far a face's plane may lie outside its own edges, m: joined triangles are flat only within a tolerance.
+    /// How far a face's plane may lie outside its own edges, m: joined triangles are flat only within a tolerance. With
+    /// `AXIS_ROUNDING`.
     pub slack: f32,
 }
 
@@ -123,7 +146,8 @@ impl TwinTables {
                 .edges_of(hull)
                 .iter()
                 .flat_map(|e| e.faces.map(|f| over(f, e.vertices[0]).max(over(f, e.vertices[1]))))
-                .fold(0.0, f32::max);
+                .fold(0.0, f32::max)
+                + AXIS_ROUNDING;
             out.hulls.push(TwinHull {
                 first_vertices: out.vertices.len() as u32,
                 vertex_groups: vertices.len().div_ceil(4) as u32,
