@@ -63,7 +63,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let ball = balls[select(pair.b, pair.a, on_b)];
         let center = select(carried(to_a, ball.center), ball.center, on_b);
         var least = best.distance + select(preferred(preference, best.distance), 0.0, best.feature == 0u);
-        // The plane farthest from the centre first: it is often the best one and rules out the others.
+        // The plane farthest from the centre first: it is often the best one and rules out the others. Then by their numbers.
         var peak = -FAR;
         var start = 0u;
         for (var i = 0u; i < hull.face_count; i++) {
@@ -73,7 +73,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             peak = max(peak, height);
         }
         for (var i = 0u; i < hull.face_count && best.distance <= margin; i++) {
-            let number = start + i - select(0u, hull.face_count, start + i >= hull.face_count);
+            let number = select(i - u32(i <= start), start, i == 0u);
             let plane = plane_in_a(faces[hull.first_face + number].plane, to_a, on_b);
             // The separation is at most that from the ball inside the other hull.
             if (dot(plane.xyz, center) - plane.w - ball.radius <= least) {

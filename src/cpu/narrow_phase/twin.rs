@@ -14,7 +14,6 @@ use crate::world::constants::{
 };
 use crate::world::{Edge, HullTables};
 use glam::{Mat3, Vec3, Vec4};
-use std::array;
 
 const VERTEX_GROUPS: usize = MAX_HULL_VERTICES.div_ceil(4);
 const PLANE_GROUPS: usize = MAX_HULL_FACES.div_ceil(4);
@@ -223,9 +222,8 @@ impl<'a> Frame<'a> {
                 _ => lowest(vertices_a, normal),
             };
             let threshold = if feature.is_some() { best + preference(best) } else { floor };
-            let count = self.pair.hull(side).face_count as usize;
             let ball = (center, inner);
-            let found = best_face(planes, count, height, ball, threshold, stop, &mut heights[side]);
+            let found = best_face(planes, height, ball, threshold, stop, &mut heights[side]);
             if let (distance, Some(face)) = found {
                 let face = if side == 0 { Feature::FaceA(face) } else { Feature::FaceB(face) };
                 (best, feature) = (distance, Some(face));
@@ -261,7 +259,7 @@ impl<'a> Frame<'a> {
         threshold: f32,
         stop: f32,
     ) -> Option<Axis> {
-        let (edges_a, edges_b) = (self.edges(0), self.edges(1));
+        let edges_b = self.edges(1);
         let mut list_a = [0_u8; MAX_HULL_EDGES];
         let mut list_b = [0_u8; MAX_HULL_EDGES];
         let list_a = self.facing_edges(0, &heights[0], self.b.inner_radius + threshold, &mut list_a);
@@ -269,20 +267,12 @@ impl<'a> Frame<'a> {
         if list_a.is_empty() || list_b.is_empty() {
             return None;
         }
-        let faces_a = self.pair.tables.faces_of(self.pair.hull(0));
         let normal_b = |face: u32| planes_b[face as usize / 4].normal.lane(face as usize % 4);
         let vertex_b = |vertex: u32| vertices_b[vertex as usize / 4].lane(vertex as usize % 4);
+        let lines_a = &self.tables.edges[self.pair.hull(0).first_edge as usize..];
+        let line_a = |group: &[u8], k: usize| &lines_a[group[k.min(group.len() - 1)] as usize];
         // On the heap: an array for the most edges would take longer to clear than these few to fill.
-        let groups_a = list_a.chunks(4).map(|group| {
-            let edge = |k: usize| &edges_a[group[k.min(group.len() - 1)] as usize];
-            let lines: [(Vec3, Vec3); 4] = array::from_fn(|k| self.edge(0, edge(k)));
-            EdgeLanes {
-                start: Lanes::gather(|k| lines[k].0),
-                along: Lanes::gather(|k| lines[k].1),
-                left: Lanes::gather(|k| faces_a[edge(k).faces[0] as usize].normal()),
-                right: Lanes::gather(|k| faces_a[edge(k).faces[1] as usize].normal()),
-            }
-        });
+        let groups_a = list_a.chunks(4).map(|group| EdgeLanes::gather(|k| line_a(group, k)));
         let groups_a: Vec<EdgeLanes> = groups_a.collect();
 
         let mut best: Option<Axis> = None;
@@ -367,12 +357,11 @@ fn lowest(vertices: &[Lanes], direction: Vec3) -> f32 {
     vertices.iter().fold(Vec4::INFINITY, |low, v| low.min(v.dot(direction))).min_element()
 }
 
-/// The first of `count` planes, counted on from the one farthest from the ball inside a hull, over which this hull lies
-/// highest, if higher than `floor`, and how high; or the first over which it lies higher than `stop`. `lowest` is how far
-/// along a direction the hull begins. The heights of the ball's centre over the planes go to `heights`.
+/// The plane over which a hull lies highest, if higher than `floor`, and how high; or the first over which it lies higher
+/// than `stop`. First is the plane farthest from the ball inside this hull, then the others by their numbers. `lowest` is
+/// how far along a direction the hull begins. The heights of the ball's centre over the planes go to `heights`.
 fn best_face(
     planes: &[Planes],
-    count: usize,
     lowest: impl Fn(Vec3) -> f32,
     (center, inner): (Vec3, f32),
     floor: f32,
@@ -390,17 +379,26 @@ fn best_face(
         heights[..planes.len()].iter().map(|h| h.cmpge(peak).bitmask()).zip(0..).find(|(lanes, _)| *lanes != 0);
     let start = reached.map_or(0, |(lanes, group)| 4 * group + lanes.trailing_zeros() as usize);
     let (mut best, mut index) = (floor, None);
-    for turn in 0..count {
-        let face = if start + turn < count { start + turn } else { start + turn - count };
-        let (group, k) = (face / 4, face % 4);
-        if heights[group][k] - inner > best {
-            let Planes { normal, offset } = &planes[group];
-            let distance = lowest(normal.lane(k)) - offset[k];
-            if distance > best {
-                (best, index) = (distance, Some(face as u32));
-                if distance > stop {
-                    break;
-                }
+    // True if the plane at this place ends the search.
+    let mut ends = |group: usize, k: usize, best: &mut f32| {
+        let distance = lowest(planes[group].normal.lane(k)) - planes[group].offset[k];
+        let better = distance > *best;
+        if better {
+            (*best, index) = (distance, Some((4 * group + k) as u32));
+        }
+        better && distance > stop
+    };
+    if heights[start / 4][start % 4] - inner > best && ends(start / 4, start % 4, &mut best) {
+        return (best, index);
+    }
+    for (group, height) in heights[..planes.len()].iter().enumerate() {
+        let height = *height - Vec4::splat(inner);
+        if !height.cmpgt(Vec4::splat(best)).any() {
+            continue;
+        }
+        for k in 0..4 {
+            if height[k] > best && 4 * group + k != start && ends(group, k, &mut best) {
+                return (best, index);
             }
         }
     }

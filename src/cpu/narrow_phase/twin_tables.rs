@@ -2,7 +2,7 @@
 
 use crate::world::HullTables;
 use crate::world::constants::AXIS_ROUNDING;
-use glam::{Mat3, Vec3, Vec4};
+use glam::{Mat3, Mat4, Vec3, Vec4};
 
 /// Four vectors, one per lane.
 #[derive(Clone, Copy, Debug, Default)]
@@ -94,6 +94,34 @@ pub struct EdgeLanes {
     pub right: Lanes,
 }
 
+impl EdgeLanes {
+    /// Four edges from their numbers 0 to 3.
+    #[inline(always)]
+    pub fn gather<'a>(edge: impl Fn(usize) -> &'a TwinEdge) -> Self {
+        let edges = [edge(0), edge(1), edge(2), edge(3)];
+        let lanes = |part: fn(&TwinEdge) -> Vec4| {
+            let [a, b, c, d] = edges.map(part);
+            let Mat4 { x_axis: x, y_axis: y, z_axis: z, .. } = Mat4::from_cols(a, b, c, d).transpose();
+            Lanes { x, y, z }
+        };
+        Self {
+            start: lanes(|e| e.start),
+            along: lanes(|e| e.along),
+            left: lanes(|e| e.left),
+            right: lanes(|e| e.right),
+        }
+    }
+}
+
+/// One edge of `EdgeLanes`; the last lanes are 0.
+#[derive(Clone, Copy, Debug)]
+pub struct TwinEdge {
+    pub start: Vec4,
+    pub along: Vec4,
+    pub left: Vec4,
+    pub right: Vec4,
+}
+
 /// Where a hull's groups of four lie, and a ball inside it.
 #[derive(Clone, Copy, Debug)]
 pub struct TwinHull {
@@ -118,6 +146,8 @@ pub struct TwinTables {
     pub vertices: Vec<Lanes>,
     /// The last group of a hull is filled with its last plane.
     pub planes: Vec<Planes>,
+    /// The edges, numbered as `HullTables::edges`.
+    pub edges: Vec<TwinEdge>,
     /// Cosine between the two faces of each edge, as in `HullTables::edges`.
     pub edge_cosines: Vec<f32>,
 }
@@ -167,6 +197,11 @@ impl TwinTables {
                     offset: Vec4::new(face(0).plane.w, face(1).plane.w, face(2).plane.w, face(3).plane.w),
                 });
             }
+            out.edges.extend(tables.edges_of(hull).iter().map(|e| {
+                let [start, end] = e.vertices.map(|v| vertices[v as usize].truncate());
+                let [left, right] = e.faces.map(|f| faces[f as usize].normal().extend(0.0));
+                TwinEdge { start: start.extend(0.0), along: (end - start).normalize_or_zero().extend(0.0), left, right }
+            }));
             out.edge_cosines.extend(
                 tables
                     .edges_of(hull)
