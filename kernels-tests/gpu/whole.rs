@@ -34,7 +34,8 @@ const VERDICTS: f64 = 0.99;
 const ELITES: f64 = 0.9;
 const RANKS: f64 = 0.98;
 
-/// Smallest share of energies within 1 % of those of the same kernels on the CPU. A software adapter gives their bits.
+/// Smallest share of energies within 1 % of those of the same kernels on the CPU, on a software adapter: those there
+/// have their bits, but for the candidate in many that parts.
 const ENERGIES: f64 = 0.98;
 
 pub fn world(scene: &str) -> Result<World, Failed> {
@@ -131,7 +132,8 @@ fn agree(device: &Device, scene: &str, narrow_phase: NarrowPhase) -> Result<(), 
          elites, {near} of {CANDIDATES} energies within 1 %"
     );
     eprintln!("{said}");
-    let alike = narrow_phase == NarrowPhase::Reference || near as f64 >= ENERGIES * f64::from(CANDIDATES);
+    let exact = narrow_phase == NarrowPhase::Twin && device.rounding(1.0) == 0.0;
+    let alike = !exact || near as f64 >= ENERGIES * f64::from(CANDIDATES);
     if !alike || verdicts < VERDICTS || ranks < RANKS || elites < ELITES || counted < 100 {
         return Err(said.into());
     }
