@@ -33,10 +33,10 @@ const STAGES: [(&str, std::ops::Range<usize>); 7] = [
     ("boxes", 0..1),
     ("pair_counts pair_starts hull_pairs", 1..4),
     ("axis_remembered axis_faces axis_edges", 4..7),
-    ("aligned_faces clip_faces single_points", 7..10),
-    ("ground", 10..11),
-    ("merge contact_starts emit", 11..14),
-    ("solve_bodies solve_load solve integrate", 14..18),
+    ("aligned_faces clip_faces single_points passing", 7..11),
+    ("ground", 11..12),
+    ("merge contact_starts emit", 12..15),
+    ("solve_bodies solve_load solve integrate", 15..19),
 ];
 const BOXES: usize = 0;
 const LISTS: usize = 1;
@@ -98,7 +98,7 @@ struct Bisection([Tally; STAGES.len()]);
 impl Display for Bisection {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         for ((name, _), Tally { parted, compared, worst }) in STAGES.iter().zip(&self.0) {
-            writeln!(f, "{name:42} {parted:6} of {compared:6}, at most {worst:.1e}")?;
+            writeln!(f, "{name:50} {parted:6} of {compared:6}, at most {worst:.1e}")?;
         }
         Ok(())
     }

@@ -132,7 +132,7 @@ fn are_their_twin(device: &Device) -> Result<(), Failed> {
         for age in 0..2 {
             touching.set_age(device, &world, age);
             upload_manifolds(device, &world, &touching, age);
-            touching.contacts.steps(age)[4..].iter().for_each(|step| device.run(step));
+            touching.contacts.steps(age)[5..].iter().for_each(|step| device.run(step));
             let mut patches = device.fetch(&touching.contacts.patches[age])?;
             let mut points = device.fetch(&touching.contacts.points[age])?;
             let counts = device.fetch(&touching.contacts.patch_counts[age])?;
@@ -189,7 +189,7 @@ fn overflow_is_flagged(device: &Device) -> Result<(), Failed> {
     let touching = Touching::new(device, &world, 65)?;
     touching.set_age(device, &world, 0);
     upload_manifolds(device, &world, &touching, 0);
-    touching.contacts.steps(0)[4..].iter().for_each(|step| device.run(step));
+    touching.contacts.steps(0)[5..].iter().for_each(|step| device.run(step));
     let patches = device.fetch(&touching.contacts.patches[0])?;
     let points = device.fetch(&touching.contacts.points[0])?;
     let counts = device.fetch(&touching.contacts.patch_counts[0])?;

@@ -1,5 +1,5 @@
-//! Kernels `aligned_faces`, `clip_faces` and `single_points`, which are `cpu::narrow_phase::manifold`, and `ground`, which is
-//! `cpu::narrow_phase::plane_hull`.
+//! Kernels `aligned_faces`, `clip_faces` and `single_points`, which are `cpu::narrow_phase::manifold`, `passing`, which is
+//! `cpu::narrow_phase::passes`, and `ground`, which is `cpu::narrow_phase::plane_hull`.
 //!
 //! Where two choices are equally good to the last bit, the kernels and the CPU may choose differently: then normal,
 //! deepest point and extent must agree, and it must be rare.
@@ -93,7 +93,7 @@ fn is_its_twin(device: &Device) -> Result<(), Failed> {
     for candidates in SIZES {
         let touching = Touching::new(device, &world, candidates)?;
         touching.set_age(device, &world, 0);
-        touching.contacts.steps(0)[..4].iter().for_each(|step| device.run(step));
+        touching.contacts.steps(0)[..5].iter().for_each(|step| device.run(step));
         let heads = device.fetch(&touching.contacts.manifolds)?;
         let points = device.fetch(&touching.contacts.manifold_points)?;
         let rows =
@@ -122,12 +122,18 @@ fn is_its_twin(device: &Device) -> Result<(), Failed> {
                 }
             }
         }
-        eprintln!("{candidates} candidates: {all} manifolds, {single} of one point, {choices} other choices");
+        let passing: usize = touching.expected[0].iter().map(|expected| expected.passing).sum();
+        eprintln!(
+            "{candidates} candidates: {all} manifolds, {single} of one point, {choices} other choices, {passing} dropped"
+        );
         if choices as f32 > MOST_CHOICES * all as f32 {
             return Err(format!("{choices} of {all} manifolds differ by a choice").into());
         }
         if candidates > 100 && single < all / 50 {
             return Err("too few contacts of one point".into());
+        }
+        if candidates > 100 && passing < all / 1000 {
+            return Err("too few hulls that pass each other".into());
         }
     }
     Ok(())

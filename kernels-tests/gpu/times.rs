@@ -15,7 +15,7 @@ pub const TESTS: &[Test] = &[
 ];
 
 /// Kernels of a substep, in order.
-const SUBSTEP: [&str; 18] = [
+const SUBSTEP: [&str; 19] = [
     "boxes",
     "pair_counts",
     "pair_starts",
@@ -26,6 +26,7 @@ const SUBSTEP: [&str; 18] = [
     "aligned_faces",
     "clip_faces",
     "single_points",
+    "passing",
     "ground",
     "merge",
     "contact_starts",

@@ -3,9 +3,9 @@
 use super::fixture::{Device, noise};
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
-use rest3d_gpu::cpu::narrow_phase::{self, Manifold, PairCache, Separator, manifold, plane_hull};
+use rest3d_gpu::cpu::narrow_phase::{self, Manifold, PairCache, Separator, manifold, passes, plane_hull};
 use rest3d_gpu::gpu::{Batch, Bounds, Buffer, Contacts, HullPair, Inputs, Separation, Tables};
-use rest3d_gpu::world::{BodyDef, NarrowPhase, Pose, STATIC, SimSettings, World};
+use rest3d_gpu::world::{BodyDef, NarrowPhase, Pose, STATIC, SimSettings, Velocity, World};
 
 fn cuboid(half: Vec3) -> Vec<Vec3> {
     (0..8).map(|i| half * (2.0 * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 1.0)).collect()
@@ -88,6 +88,19 @@ pub fn poses(world: &World, candidate: u32, age: u32) -> Vec<Pose> {
         .collect()
 }
 
+/// Every other candidate is at rest; else bodies move on by some centimetres a substep, some of them only down.
+fn velocities(world: &World, candidate: u32) -> Vec<Velocity> {
+    let random = noise(500 + candidate, 6 * world.bodies.len());
+    (random.chunks_exact(6).zip(&world.bodies).enumerate())
+        .map(|(i, (x, body))| match (candidate % 2, i % 2) {
+            _ if body.is_static() => Velocity::default(),
+            (0, _) => Velocity::default(),
+            (_, 0) => Velocity::new(4.0 * Vec3::NEG_Y, Vec3::ZERO),
+            _ => Velocity::new(4.0 * Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], x[5])),
+        })
+        .collect()
+}
+
 /// Both halves' margins lie in [0.01, 0.03] m.
 fn margins(world: &World, candidate: u32) -> Vec<f32> {
     noise(7000 + candidate, world.bodies.len()).iter().map(|x| 0.01 + 0.02 * x.abs().min(1.0)).collect()
@@ -96,12 +109,15 @@ fn margins(world: &World, candidate: u32) -> Vec<f32> {
 /// What the CPU finds for one candidate.
 pub struct Expected {
     pub poses: Vec<Pose>,
+    pub velocities: Vec<Velocity>,
     pub margins: Vec<f32>,
     pub hull_pairs: Vec<HullPair>,
     /// First hull pair of each body pair, and how many there are.
     pub starts: Vec<u32>,
     pub separations: Vec<Separation>,
     pub manifolds: Vec<Manifold>,
+    /// How many contacts were dropped because the hulls only pass each other.
+    pub passing: usize,
     /// One for each hull.
     pub ground: Vec<Manifold>,
 }
@@ -109,21 +125,29 @@ pub struct Expected {
 impl Expected {
     pub fn new(world: &World, settings: &SimSettings, narrow: &Separator, candidate: u32, age: u32) -> Self {
         let poses = poses(world, candidate, age);
+        let velocities = velocities(world, candidate);
         let margins = margins(world, candidate);
         let mut found = Self {
             poses,
+            velocities,
             margins,
             hull_pairs: Vec::new(),
             starts: vec![0],
             separations: Vec::new(),
             manifolds: Vec::new(),
+            passing: 0,
             ground: Vec::new(),
         };
         for (pair, bodies) in world.pairs.iter().enumerate() {
             let [first, second] = bodies.map(|body| body as usize);
             for a in world.hulls_of(first) {
                 for b in world.hulls_of(second) {
-                    found.collide(world, narrow, HullPair { pair: pair as u32, a: a as u32, b: b as u32, cache: 0 });
+                    found.collide(
+                        world,
+                        settings,
+                        narrow,
+                        HullPair { pair: pair as u32, a: a as u32, b: b as u32, cache: 0 },
+                    );
                 }
             }
             found.starts.push(found.hull_pairs.len() as u32);
@@ -146,7 +170,7 @@ impl Expected {
         world.pairs[pair as usize].iter().map(|&body| self.margins[body as usize]).sum()
     }
 
-    fn collide(&mut self, world: &World, narrow: &Separator, pair: HullPair) {
+    fn collide(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, pair: HullPair) {
         let margin = self.margin(world, pair.pair);
         let bodies = world.pairs[pair.pair as usize].map(|body| self.poses[body as usize]);
         let hulls = [pair.a, pair.b].map(|h| &world.hulls.hulls[h as usize]);
@@ -161,6 +185,17 @@ impl Expected {
         let mut coded = Separation::default();
         if let Some(separation) = narrow.separation(&query, margin, &mut cache) {
             manifold(&query, &separation, margin, &mut out);
+            let horizon = settings.substep() + settings.small_step();
+            let velocities = world.pairs[pair.pair as usize].map(|body| {
+                let mut velocity = self.velocities[body as usize];
+                let gravity = if world.bodies[body as usize].is_static() { 0.0 } else { settings.gravity };
+                velocity.linear.y += horizon * gravity;
+                velocity
+            });
+            if passes(&query, &velocities, horizon, &out) {
+                self.passing += 1;
+                out.count = 0;
+            }
             coded.normal = separation.normal;
             coded.distance = separation.distance;
             coded.feature = bytemuck::cast(cache);
@@ -197,6 +232,8 @@ impl Touching {
         let batch = device.input(&[Batch::new(world, candidates)])?;
         let bodies = device.input(&world.bodies)?;
         let poses = device.poisoned(candidates as usize * world.bodies.len())?;
+        let velocities: Vec<_> = expected[0].iter().flat_map(|e| e.velocities.iter().copied()).collect();
+        let velocities = device.input(&velocities)?;
         let margins = expected[0].iter().flat_map(|e| &e.margins);
         let boxes: Vec<_> = margins.map(|margin| Bounds::new(Vec3::ZERO, Vec3::ZERO, *margin)).collect();
         let body_boxes = device.input(&boxes)?;
@@ -209,6 +246,7 @@ impl Touching {
             batch: &batch,
             bodies: &bodies,
             poses: &poses,
+            velocities: &velocities,
             body_boxes: &body_boxes,
             hull_pairs: hull_pairs.each_ref(),
             pair_starts: pair_starts.each_ref(),

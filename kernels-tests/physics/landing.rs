@@ -101,3 +101,33 @@ pub fn a_corner_within_the_outline_of_a_foot_bears(backend: &dyn Backend) {
         }
     }
 }
+
+/// Contacts are looked for ahead of what moves; air must not stop it.
+pub fn what_falls_past_an_edge_falls_freely(backend: &dyn Backend) {
+    const STEPS: u32 = 45;
+    const HALF: Vec3 = Vec3::new(0.05, 0.05, 0.05);
+    for settings in both(backend, STEPS) {
+        let fall = |gap: f32, turn: Quat, ledge: bool| {
+            let mut s = Scenario::default();
+            let start = Vec3::new(0.0, 1.6, 0.0);
+            let thing = s.cuboid(HALF, 1.0, start, turn);
+            if ledge {
+                let reach = |x: f32| turn * Vec3::new(x, 0.0, 0.0) + Vec3::Y;
+                s.fixed(vec![cuboid(Vec3::new(0.2, 0.02, 0.3))], reach(HALF.x + gap + 0.2), turn);
+                s.fixed(vec![cuboid(Vec3::new(0.2, 0.02, 0.3))], reach(-HALF.x - gap - 0.2), turn);
+            }
+            run(backend, &s.world(), &settings).into_iter().map(|(poses, _)| poses[thing]).collect::<Vec<_>>()
+        };
+        for gap in [1e-4, 1e-3, 5e-3] {
+            for turn in [Quat::IDENTITY, Quat::from_rotation_y(0.6)] {
+                let [free, past] = [false, true].map(|ledge| fall(gap, turn, ledge));
+                let off = |(a, b): (&Pose, &Pose)| a.translation.distance(b.translation);
+                let most = free.iter().zip(&past).map(off).fold(0.0, f32::max);
+                measured(&format!("past an edge at {gap} m: farthest from free fall, m"), most, "< 1e-6");
+                assert!(most < 1e-6, "at {gap} m of air: {most} m from free fall");
+            }
+        }
+        let stopped = fall(-1e-3, Quat::IDENTITY, true);
+        assert!(stopped[STEPS as usize - 1].translation.y > 1.06, "what does not fit falls through");
+    }
+}

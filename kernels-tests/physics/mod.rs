@@ -88,6 +88,7 @@ macro_rules! physics_suite {
                 thin_things_come_to_lie_on_the_ground,
                 thin_things_do_not_pass_through_boards,
                 a_corner_within_the_outline_of_a_foot_bears,
+                what_falls_past_an_edge_falls_freely,
             ]
             stacks: [
                 ten_high_stacks_stand,

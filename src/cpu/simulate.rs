@@ -4,7 +4,7 @@ use super::{
     broad_phase::{BroadPhase, HullPair},
     clock::{Clock, Kernel},
     contacts::{ContactSet, GROUND, Gatherer},
-    narrow_phase::{self, Manifold, PairCache, Separator, manifold, plane_hull},
+    narrow_phase::{self, Manifold, PairCache, Separator, manifold, passes, plane_hull},
     solve::Solver,
 };
 use crate::world::{Capacities, Pose, SimSettings, Status, Velocity, World, constants::MAX_CAPACITY_GROWTH};
@@ -108,7 +108,9 @@ impl Workspace {
 
     /// The same, and tells `clock` of every part and of what it found.
     pub fn collide_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
-        let dt = settings.dt / settings.substeps.max(1) as f32;
+        let dt = settings.substep();
+        // Contacts act up to a small step beyond the end.
+        let horizon = dt + settings.small_step();
         self.broad.update(world, &self.poses, &self.velocities, settings.contact_offset, dt);
         std::mem::swap(&mut self.pairs, &mut self.old_pairs);
         std::mem::swap(&mut self.caches, &mut self.old_caches);
@@ -124,6 +126,7 @@ impl Workspace {
             let pair = world.pairs[index as usize];
             let margin = self.broad.margin(pair);
             let [pose_a, pose_b] = pair.map(|i| self.poses[i as usize]);
+            let velocities = pair.map(|i| self.falling(world, horizon * settings.gravity, i as usize));
             self.gatherer.clear();
             while next < self.pairs.len() && self.pairs[next].pair == index {
                 let HullPair { a, b, .. } = self.pairs[next];
@@ -135,6 +138,9 @@ impl Workspace {
                 clock.lap(Kernel::NarrowPhase);
                 if let Some(found) = found {
                     manifold(&hulls, &found, margin, &mut self.manifold);
+                    if passes(&hulls, &velocities, horizon, &self.manifold) {
+                        self.manifold.count = 0;
+                    }
                     self.gatherer.add(self.manifold.normal, self.manifold.points());
                     clock.lap(Kernel::Manifold);
                 }
@@ -162,6 +168,13 @@ impl Workspace {
         if self.contacts.points.len() as u32 > self.capacities.contacts {
             self.grow(Status::CONTACTS, self.contacts.points.len() as u32, world);
         }
+    }
+
+    /// A body's velocity if nothing touches it; gravity adds `fall` (m/s) to the upward one.
+    fn falling(&self, world: &World, fall: f32, body: usize) -> Velocity {
+        let mut velocity = self.velocities[body];
+        velocity.linear.y += if world.bodies[body].is_static() { 0.0 } else { fall };
+        velocity
     }
 
     /// Lists overlapping hull pairs, growing the slots when they do not fit. `margin`: one for all pairs, or by speed.

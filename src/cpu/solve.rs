@@ -146,11 +146,10 @@ impl Solver {
         velocities: &mut [Velocity],
         contacts: &mut ContactSet,
     ) {
-        let small_steps = settings.position_iterations.max(1);
-        let h = settings.dt / (settings.substeps.max(1) * small_steps) as f32;
+        let h = settings.small_step();
         let soft = Softness::new(h);
         self.load(bodies, settings, poses, velocities, contacts);
-        for _ in 0..small_steps {
+        for _ in 0..settings.position_iterations.max(1) {
             self.accelerate(bodies, settings, h);
             self.warm_start();
             for sweep in 0..PUSHING_SWEEPS {
@@ -171,7 +170,7 @@ impl Solver {
             self.sweep_friction(settings.friction);
             self.sweep_normals(settings, h, None, false);
         }
-        let dt = settings.dt / settings.substeps.max(1) as f32;
+        let dt = settings.substep();
         self.integrate(bodies, poses, dt);
         for ((moving, velocity), body) in self.bodies.iter().zip(velocities.iter_mut()).zip(bodies) {
             if !body.is_static() {

@@ -8,6 +8,7 @@ use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
 use super::layout::{
     Batch, Body, Bounds, Contact, Facing, HullPair, Manifold, ManifoldPoint, Merged, Outline, Patch, Pose, Separation,
+    Velocity,
 };
 use super::tables::Tables;
 use crate::cpu::narrow_phase;
@@ -21,6 +22,7 @@ pub struct Inputs<'a> {
     pub batch: &'a Buffer<Batch>,
     pub bodies: &'a Buffer<Body>,
     pub poses: &'a Buffer<Pose>,
+    pub velocities: &'a Buffer<Velocity>,
     /// Each body's share of the distance within which contacts are made, `[candidates][bodies]`.
     pub body_boxes: &'a Buffer<Bounds>,
     /// By parity, `[candidates][capacity]` and `[candidates][pairs + 1]`.
@@ -147,6 +149,19 @@ impl Contacts {
             manifolds: self.manifolds.write(),
             manifold_points: self.manifold_points.write(),
         };
+        let passing = kernels::PassingBuffers {
+            batch,
+            sim,
+            bodies: inputs.bodies.read(),
+            hulls: tables.hulls.read(),
+            vertices: tables.vertices.read(),
+            faces: tables.faces.read(),
+            poses: inputs.poses.read(),
+            velocities: inputs.velocities.read(),
+            facings: self.facings.read(),
+            manifold_points: self.manifold_points.read(),
+            manifolds: self.manifolds.write(),
+        };
         let ground = kernels::GroundBuffers {
             batch,
             sim,
@@ -202,6 +217,7 @@ impl Contacts {
             aligned_faces.step(gpu, kernels, hull_pairs),
             clip_faces.step(gpu, kernels, hull_pairs),
             single_points.step(gpu, kernels, hull_pairs),
+            passing.step(gpu, kernels, hull_pairs),
             ground.step(gpu, kernels, hulls),
             merge.step(gpu, kernels, entries),
             contact_starts.step(gpu, kernels, candidates * lanes),

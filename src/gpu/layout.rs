@@ -149,12 +149,10 @@ pub struct Sim {
 impl Sim {
     /// The settings as the kernels read them.
     pub fn new(settings: &SimSettings, capacities: Capacities) -> Self {
-        let small_steps = settings.position_iterations.max(1);
-        let substeps = settings.substeps.max(1);
         Self {
-            substep: settings.dt / substeps as f32,
-            small_step: settings.dt / (substeps * small_steps) as f32,
-            small_steps,
+            substep: settings.substep(),
+            small_step: settings.small_step(),
+            small_steps: settings.position_iterations.max(1),
             velocity_iterations: settings.velocity_iterations,
             contact_offset: settings.contact_offset,
             rest_offset: settings.rest_offset,

@@ -156,6 +156,7 @@ impl Simulation {
             batch: &state.batch,
             bodies: &state.bodies,
             poses: &state.poses,
+            velocities: &state.velocities,
             body_boxes: &collide.body_boxes,
             hull_pairs: collide.hull_pairs.each_ref(),
             pair_starts: collide.pair_starts.each_ref(),

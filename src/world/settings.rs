@@ -58,6 +58,18 @@ impl Default for SimSettings {
     }
 }
 
+impl SimSettings {
+    /// Length of a substep, s.
+    pub fn substep(&self) -> f32 {
+        self.dt / self.substeps.max(1) as f32
+    }
+
+    /// Length of a small step, of which the solver makes `position_iterations` a substep, s.
+    pub fn small_step(&self) -> f32 {
+        self.dt / (self.substeps.max(1) * self.position_iterations.max(1)) as f32
+    }
+}
+
 /// The hull–hull algorithm of the CPU backend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

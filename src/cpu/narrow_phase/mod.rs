@@ -7,6 +7,7 @@
 
 mod manifold;
 mod outline;
+mod passing;
 mod plane;
 mod reduce;
 mod reference;
@@ -15,6 +16,7 @@ mod twin_tables;
 
 pub use manifold::manifold;
 pub use outline::{Outline, bears};
+pub use passing::passes;
 pub use plane::plane_hull;
 pub use reduce::{Selection, reduce, tangents};
 pub use reference::Reference;
