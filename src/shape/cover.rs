@@ -109,7 +109,17 @@ fn moved(hull: &Hull, full: &Hull, levels: &Levels) -> Vec<Vec3> {
     let faces: Vec<(Vec4, f32, bool)> = (hull.planes.iter().zip(&lacking))
         .map(|(&n, &lack)| (n, lack, lack <= SHORT && n.truncate().dot(levels.up).abs() > HORIZONTAL))
         .collect();
-    let size = full.bounds().1.distance(full.bounds().0);
+    let keep_level = |place: Vec3| {
+        let along = levels.up.dot(place);
+        place + (along.clamp(levels.low, levels.high) - along) * levels.up
+    };
+    follow(hull, &faces).into_iter().map(keep_level).collect()
+}
+
+/// The vertices of `hull`, each moved by the shortest way to where the faces around it will be: their planes, how far each
+/// is pushed outwards (m), and whether it must not be passed.
+pub(super) fn follow(hull: &Hull, faces: &[(Vec4, f32, bool)]) -> Vec<Vec3> {
+    let size = hull.bounds().1.distance(hull.bounds().0);
     (hull.vertices.iter())
         .map(|&vertex| {
             let around: Vec<&(Vec4, f32, bool)> =
@@ -124,8 +134,6 @@ fn moved(hull: &Hull, full: &Hull, levels: &Levels) -> Vec<Vec3> {
                     }
                 }
             }
-            let along = levels.up.dot(place);
-            place += (along.clamp(levels.low, levels.high) - along) * levels.up;
             vertex + (place - vertex).clamp_length_max(most)
         })
         .collect()
