@@ -125,7 +125,8 @@ impl<'a> Run<'a> {
             observer.event(Event::Placing);
             let placer = Placer { scene: self.scene, room: &room, forms: &self.forms, rigs: &self.rigs };
             placer.furnish(&leaning, &mut layout, &mut self.placements);
-            placer.hang(&mut layout, &mut self.placements);
+            let hung = placer.hang(&mut layout, &mut self.placements);
+            room.hung = hung;
         }
         if self.config.seat {
             self.seat(&room, |object| !stands(self.scene, object), &mut layout)?;
@@ -301,7 +302,7 @@ impl<'a> Run<'a> {
         }
         let mut placements = self.placements.clone();
         let placer = Placer { scene: self.scene, room: &self.room, forms: &self.forms, rigs: &self.rigs };
-        placer.measure(&layout, &mut placements);
+        state.notes.extend(placer.measure(&layout, &mut placements));
         Ok(Outcome {
             room: self.room.clone(),
             placements,

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use std::ops::Range;
 
 /// The axis of the mesh that is nearest to the vertical, pointing up, in the world. Meshes are modelled upright.
-fn up_axis(pose: &Pose) -> DVec3 {
+pub(super) fn up_axis(pose: &Pose) -> DVec3 {
     let up = pose.rotation.conjugate() * DVec3::Y;
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     let nearest = axes.into_iter().max_by(|a, b| a.dot(up).abs().total_cmp(&b.dot(up).abs())).unwrap_or(DVec3::Y);

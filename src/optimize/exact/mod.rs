@@ -115,7 +115,7 @@ impl<'a> Exact<'a> {
         let direction = |i: usize| DVec3::new((turn * i as f64).cos(), 0.0, (turn * i as f64).sin());
         let surfaces: Vec<Surface> =
             shapes.iter().zip(layout).map(|(shape, pose)| Surface::new(&shape.surface, pose)).collect();
-        let walls = Walls::new(scene, room, &surfaces);
+        let walls = Walls::new(room, &surfaces);
         let along_surface = |object: usize| match walls.surface(object) {
             Some(normal) => {
                 let across = DVec3::Y.cross(normal).try_normalize().unwrap_or(DVec3::X);

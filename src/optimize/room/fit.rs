@@ -2,7 +2,7 @@
 
 use super::outline::{Outline, wrapped};
 use super::tolerances::{AGREEMENT, AT_WALL, BOXY, CONTACT, LOWEST_CEILING};
-use super::{Form, Side, hangs_on, stands};
+use super::{Form, Side, hangs_on, remoteness, stands};
 use crate::scene::{Parent, Pose, Root, Scene};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
@@ -17,9 +17,8 @@ pub(super) fn walls(scene: &Scene, forms: &[Form], layout: &[Pose]) -> Vec<Side>
     let ends = normals.map(|normal| everything().map(|i| back(i, normal)).fold(f64::INFINITY, f64::min));
     let mut on_side = [const { Vec::new() }; 4];
     for i in everything().filter(|&i| is_at_wall(scene, i)) {
-        let middle = forms[i].middle(&layout[i]);
-        let distance = |side: usize| middle.dot(normals[side]) - ends[side];
-        let nearest = (0..4).min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+        let remote = |side: usize| remoteness(&forms[i], &layout[i], normals[side], normals[side] * ends[side]);
+        let nearest = (0..4).min_by(|&a, &b| remote(a).total_cmp(&remote(b)));
         nearest.into_iter().for_each(|side| on_side[side].push(i));
     }
     let side = |(normal, on): (DVec3, &Vec<usize>)| {

@@ -14,12 +14,13 @@ mod tolerances;
 pub(super) use place::Placer;
 pub(super) use tolerances::{CONTACT, LEANING, TOUCHES};
 
+use super::upright::{lean, up_axis};
 use crate::scene::{Parent, Pose, Relation, Root, Scene};
 use crate::shape::Shape;
 use crate::world::{self, BodyDef, STATIC};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use serde::Serialize;
-use tolerances::{BEYOND, MAX_INSIDE, MAX_PULL, STEEPEST, THICKNESS};
+use tolerances::{ASTRAY, BEYOND, MAX_INSIDE, MAX_LEAN_ON, MAX_PULL, STEEPEST, THICKNESS, TOWARDS};
 
 /// A wall or the ceiling.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,12 +62,17 @@ impl Side {
 pub struct Room {
     /// Walls in the scene's order, then the ceiling.
     pub sides: Vec<Side>,
+    /// For every object that was put onto a wall or ceiling: the index of that side.
+    pub hung: Vec<Option<usize>>,
 }
 
 /// What was done to put an object onto its wall or ceiling, or inside the walls.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Placement {
-    /// Name of the wall or ceiling; none if there is none.
+    /// Index of the wall or ceiling among the room's sides; none if it was left alone.
+    #[serde(skip)]
+    pub side: Option<usize>,
+    /// Its name.
     pub surface: Option<String>,
     /// By how much it was turned about the vertical, rad.
     pub yaw: f64,
@@ -120,12 +126,6 @@ impl Form {
     pub fn bounds(&self, pose: &Pose) -> [DVec3; 2] {
         bounds(self.mesh(pose))
     }
-
-    /// The middle of the mesh in the world.
-    pub fn middle(&self, pose: &Pose) -> DVec3 {
-        let [low, high] = self.bounds(pose);
-        0.5 * (low + high)
-    }
 }
 
 fn posed(points: &[DVec3], pose: Pose) -> impl Iterator<Item = DVec3> {
@@ -162,12 +162,17 @@ impl Room {
             let (point, normal) = (DVec3::Y * height, DVec3::NEG_Y);
             sides.push(Side { name: "ceiling".into(), kind: Root::Ceiling, point, normal, fitted, bears: false });
         }
-        let mut room = Self { sides };
+        let mut room = Self { sides, hung: vec![None; layout.len()] };
         for side in &mut room.sides {
             let beyond = |&i: &usize| stands(scene, i) && side.gap(forms[i].mesh(&layout[i])) < -MAX_INSIDE;
             side.bears &= !(0..layout.len()).any(|i| beyond(&i));
         }
         room
+    }
+
+    /// The side that an object was put onto.
+    pub(super) fn side_of(&self, object: usize) -> Option<usize> {
+        self.hung.get(object).copied().flatten()
     }
 
     /// The walls, with their indices.
@@ -180,17 +185,16 @@ impl Room {
         self.sides.iter().find(|side| side.kind == Root::Ceiling).map(|side| side.point.y)
     }
 
-    /// The side of a kind that is nearest to a point, as an index: of an object its middle, so that a picture in a corner
-    /// belongs to the wall that it lies flat on.
-    pub(super) fn nearest(&self, kind: Root, point: DVec3) -> Option<usize> {
+    /// The side of a kind that an object belongs to, as an index.
+    pub(super) fn nearest(&self, kind: Root, form: &Form, pose: &Pose) -> Option<usize> {
         let of_kind = self.sides.iter().enumerate().filter(|(_, side)| side.kind == kind);
-        let distances = of_kind.map(|(i, side)| (i, side.height(point).abs()));
-        distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
+        let costs = of_kind.map(|(i, side)| (i, remoteness(form, pose, side.normal, side.point)));
+        costs.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
     }
 
     /// The wall that an object may lean on: the nearest, unless it is too far away or nothing can lean on it.
     pub(super) fn wall_to_lean_on(&self, form: &Form, pose: &Pose) -> Option<&Side> {
-        let wall = &self.sides[self.nearest(Root::Wall, form.middle(pose))?];
+        let wall = &self.sides[self.nearest(Root::Wall, form, pose)?];
         let near = (-MAX_INSIDE..=MAX_PULL).contains(&wall.gap(form.solid(pose)));
         (near && (wall.bears || wall.fitted)).then_some(wall)
     }
@@ -199,7 +203,7 @@ impl Room {
     /// needed changes nothing.
     pub(super) fn keep_needed(&mut self, scene: &Scene, forms: &[Form], leaning: &[usize], layout: &[Pose]) {
         for &object in leaning {
-            if let Some(wall) = self.nearest(Root::Wall, forms[object].middle(&layout[object])) {
+            if let Some(wall) = self.nearest(Root::Wall, &forms[object], &layout[object]) {
                 self.sides[wall].bears = true;
             }
         }
@@ -240,6 +244,18 @@ pub(super) fn body(side: &Side, [low, high]: [DVec3; 2]) -> BodyDef {
         start: pose,
         reference: pose,
     }
+}
+
+/// How little an object belongs to a plane, m: how far its middle is from it and how deep it is across. So a picture in a
+/// corner belongs to the wall that it is flat on. What leans belongs to the wall that it leans towards.
+pub(super) fn remoteness(form: &Form, pose: &Pose, normal: DVec3, point: DVec3) -> f64 {
+    let [low, high] = form.mesh(pose).map(|p| (p - point).dot(normal)).fold(
+        [f64::INFINITY, f64::NEG_INFINITY],
+        |[low, high], height| [low.min(height), high.max(height)],
+    );
+    let leans = (LEANING..MAX_LEAN_ON).contains(&lean(pose));
+    let astray = leans && up_axis(pose).with_y(0.0).normalize_or_zero().dot(-normal) < TOWARDS;
+    (0.5 * (low + high)).abs() + (high - low) + if astray { ASTRAY } else { 0.0 }
 }
 
 /// The root that a static, movable object is placed on: what is on a wall or ceiling, or hangs at a wall down to the

@@ -2,14 +2,15 @@
 //! else inside the walls.
 
 use super::free::{Place, Space};
-use super::outline::Outline;
-use super::tolerances::{CONTACT, FAR, MAX_INSIDE, MAX_LEAN, MAX_PULL, MAX_YAW, PLUMB, TOUCHES};
+use super::outline::{Outline, wrapped, yaw};
+use super::tolerances::{CONTACT, FAR, HORIZONTAL, MAX_INSIDE, MAX_LEAN, MAX_PULL, MAX_YAW, PLUMB, TOUCHES};
 use super::{Form, Placement, Room, hangs_on, stands};
 use crate::optimize::groups::{carry, subtree};
 use crate::optimize::rig::Rig;
 use crate::optimize::upright::{lean, upright};
 use crate::scene::{Parent, Pose, Root, Scene};
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec3Swizzles};
+use std::f64::consts::PI;
 
 /// Places the objects of a scene in its room.
 pub(in crate::optimize) struct Placer<'a> {
@@ -33,13 +34,13 @@ impl Placer<'_> {
             if self.scene.objects[object].parent == Parent::Root(Root::GroundWall) {
                 placements[object] = self.against_wall(object, leaning.contains(&object), layout);
             }
-            for (_, wall) in self.room.walls().filter(|(_, wall)| wall.bears) {
+            for (index, wall) in self.room.walls().filter(|(_, wall)| wall.bears) {
                 let gap = wall.gap(self.forms[object].solid(&layout[object]));
                 if (-MAX_INSIDE..0.0).contains(&gap) {
                     let shift = (CONTACT - gap) / wall.normal.with_y(0.0).length();
                     self.shift(object, wall.normal.with_y(0.0).normalize_or_zero() * shift, layout);
                     let note = "reached through the wall";
-                    placements[object].get_or_insert_with(|| Placement::at(&wall.name, note)).shift =
+                    placements[object].get_or_insert_with(|| Placement::at(self.room, index, note)).shift =
                         (layout[object].translation - start.translation).dot(wall.normal);
                 }
             }
@@ -48,17 +49,17 @@ impl Placer<'_> {
 
     /// Puts something that stands on the ground against its wall.
     fn against_wall(&self, object: usize, leans: bool, layout: &mut [Pose]) -> Option<Placement> {
-        let middle = self.forms[object].middle(&layout[object]);
-        let wall = &self.room.sides[self.room.nearest(Root::Wall, middle)?];
+        let index = self.room.nearest(Root::Wall, &self.forms[object], &layout[object])?;
+        let wall = &self.room.sides[index];
         let gap = |layout: &[Pose]| wall.gap(self.forms[object].solid(&layout[object]));
         if !(-MAX_INSIDE..=MAX_PULL).contains(&gap(layout)) {
             let note = format!("left alone: it is {:.2} m from its wall", gap(layout).abs());
-            return Some(Placement::at(&wall.name, &note));
+            return Some(Placement::at(self.room, index, &note));
         }
         if leans {
-            return Some(Placement::at(&wall.name, "leans on its wall"));
+            return Some(Placement::at(self.room, index, "leans on its wall"));
         }
-        let mut placement = Placement::at(&wall.name, "");
+        let mut placement = Placement::at(self.room, index, "");
         self.turn(object, wall.normal, &mut placement, layout);
         let inward = wall.normal.with_y(0.0).normalize_or_zero();
         let shift = inward * ((CONTACT - gap(layout)) / inward.dot(wall.normal));
@@ -67,8 +68,9 @@ impl Placer<'_> {
         Some(placement)
     }
 
-    /// Puts everything that hangs onto its wall or ceiling, the largest first: what comes later gives way.
-    pub fn hang(&self, layout: &mut [Pose], placements: &mut [Option<Placement>]) {
+    /// Puts everything that hangs onto its wall or ceiling, the largest first: what comes later gives way. Returns for
+    /// every object the side that it was put onto.
+    pub fn hang(&self, layout: &mut [Pose], placements: &mut [Option<Placement>]) -> Vec<Option<usize>> {
         let space = Space::new(self.room, self.forms, self.rigs);
         let size = |i: usize| {
             let [low, high] = self.forms[i].bounds(&layout[i]);
@@ -82,21 +84,23 @@ impl Placer<'_> {
             if self.scene.objects[object].movable {
                 self.riders(object).into_iter().for_each(|rider| waiting[rider] = true);
             } else {
-                placements[object] = Some(Placement::held());
+                placements[object] = Some(Placement::new("left alone: not movable"));
             }
         }
+        let mut hung_on = vec![None; layout.len()];
         for (object, kind, _) in hung {
-            let middle = self.forms[object].middle(&layout[object]);
             if !self.scene.objects[object].movable {
                 continue;
             }
             let riders = self.riders(object);
             riders.iter().for_each(|&rider| waiting[rider] = false);
-            if let Some(side) = self.room.nearest(kind, middle) {
+            if let Some(side) = self.room.nearest(kind, &self.forms[object], &layout[object]) {
+                hung_on[object] = Some(side);
                 let others: Vec<usize> = (0..layout.len()).filter(|i| !waiting[*i] && !riders.contains(i)).collect();
                 placements[object] = Some(self.hang_one(object, side, &riders, &others, &space, layout));
             }
         }
+        hung_on
     }
 
     fn hang_one(
@@ -109,7 +113,7 @@ impl Placer<'_> {
         layout: &mut [Pose],
     ) -> Placement {
         let surface = &self.room.sides[side];
-        let mut placement = Placement::at(&surface.name, "");
+        let mut placement = Placement::at(self.room, side, "");
         let leaned = lean(&layout[object]);
         if let Some(pose) = upright(&layout[object], self.rigs[object].center_of(&layout[object]), PLUMB..MAX_LEAN) {
             placement.lean = leaned;
@@ -131,7 +135,7 @@ impl Placer<'_> {
                 shift
             }
             Place::None => {
-                placement.remark("has no free place near".to_owned());
+                placement.remark("has no free place nearby".to_owned());
                 DVec3::ZERO
             }
         };
@@ -142,21 +146,21 @@ impl Placer<'_> {
         placement
     }
 
-    /// Turns an object about the vertical so that its flat side lies on a wall.
+    /// Turns an object about the vertical so that its flat side lies on a wall; what has none, by the axes of its mesh.
     fn turn(&self, object: usize, normal: DVec3, placement: &mut Placement, layout: &mut [Pose]) {
-        match Outline::new(self.forms[object].mesh(&layout[object])).turn_to(-normal) {
-            Some(yaw) => {
-                let (turn, center) = (DQuat::from_rotation_y(yaw), self.rigs[object].center_of(&layout[object]));
-                let Pose { rotation, translation } = layout[object];
-                let pose = Pose {
-                    rotation: (turn * rotation).normalize(),
-                    translation: center + turn * (translation - center),
-                };
-                placement.yaw = yaw;
-                self.carry(object, pose, layout);
-            }
-            None => placement.remark(format!("not turned: no flat side within {:.0}° of it", MAX_YAW.to_degrees())),
-        }
+        let Pose { rotation, translation } = layout[object];
+        let outline = Outline::new(self.forms[object].mesh(&layout[object]));
+        let Some(yaw) = outline.turn_to(-normal).or_else(|| turn_of_axes(rotation, normal)) else {
+            placement.remark(format!("not turned: no side within {:.0}° of it", MAX_YAW.to_degrees()));
+            return;
+        };
+        let (turn, center) = (DQuat::from_rotation_y(yaw), self.rigs[object].center_of(&layout[object]));
+        let pose = Pose {
+            rotation: (turn * rotation).normalize(),
+            translation: center + turn * (translation - center),
+        };
+        placement.yaw = yaw;
+        self.carry(object, pose, layout);
     }
 
     fn shift(&self, object: usize, shift: DVec3, layout: &mut [Pose]) {
@@ -173,27 +177,56 @@ impl Placer<'_> {
         subtree(self.scene, object, |child| self.scene.objects[child].movable)
     }
 
-    /// Measures what has become of the placements in the result, and remarks what does not touch.
-    pub fn measure(&self, layout: &[Pose], placements: &mut [Option<Placement>]) {
+    /// Measures what has become of the placements in the result. Returns what the user should know of it.
+    pub fn measure(&self, layout: &[Pose], placements: &mut [Option<Placement>]) -> Vec<String> {
+        let mut notes = Vec::new();
         for (i, placement) in placements.iter_mut().enumerate() {
-            let Some(placement) = placement else { continue };
-            let surface = self.room.sides.iter().find(|side| Some(&side.name) == placement.surface.as_ref());
-            placement.clearance = surface.map(|side| side.gap(self.forms[i].mesh(&layout[i])));
-            if placement.clearance.is_some_and(|gap| hangs_on(self.scene, i).is_some() && gap.abs() > TOUCHES) {
-                placement.remark("does not touch it".to_owned());
+            let Some((placement, side)) = placement.as_mut().and_then(|it| it.side.map(|side| (it, side))) else {
+                continue;
+            };
+            let side = &self.room.sides[side];
+            let gap = side.gap(self.forms[i].mesh(&layout[i]));
+            placement.clearance = Some(gap);
+            if hangs_on(self.scene, i).is_some() && gap.abs() > TOUCHES {
+                let name = &self.scene.objects[i].name;
+                notes.push(format!("{name}: {:.0} mm from the {} ({})", 1e3 * gap, side.name, placement.note));
             }
         }
+        if let Some(ceiling) = self.room.ceiling() {
+            for (object, (form, pose)) in self.scene.objects.iter().zip(self.forms.iter().zip(layout)) {
+                let beyond = form.bounds(pose)[1].y - ceiling;
+                if beyond > TOUCHES {
+                    notes.push(format!("{}: reaches {beyond:.2} m through the ceiling", object.name));
+                }
+            }
+        }
+        for (_, wall) in self.room.walls().filter(|(_, wall)| !wall.fitted && !wall.bears) {
+            notes.push(format!(
+                "wall \"{}\": furniture stands more than {MAX_INSIDE} m beyond it, so nothing was moved inside and nothing leans on it",
+                wall.name
+            ));
+        }
+        notes
     }
 }
 
+/// How far a mesh has to be turned about +Y for its nearest horizontal axis to be along a wall's normal, rad; none if that
+/// is more than 25°.
+fn turn_of_axes(rotation: DQuat, normal: DVec3) -> Option<f64> {
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| rotation * axis);
+    let turns = axes.into_iter().filter(|axis| axis.y.abs() < HORIZONTAL);
+    let turns = turns.map(|axis| wrapped(yaw(normal.xz()) - yaw(axis.xz()), PI));
+    turns.min_by(|a, b| a.abs().total_cmp(&b.abs())).filter(|turn| turn.abs() < MAX_YAW)
+}
+
 impl Placement {
-    fn at(surface: &str, note: &str) -> Self {
-        let surface = Some(surface.to_owned());
-        Self { surface, yaw: 0.0, lean: 0.0, shift: 0.0, slide: 0.0, clearance: None, note: note.to_owned() }
+    fn new(note: &str) -> Self {
+        let note = note.to_owned();
+        Self { side: None, surface: None, yaw: 0.0, lean: 0.0, shift: 0.0, slide: 0.0, clearance: None, note }
     }
 
-    fn held() -> Self {
-        Self { surface: None, ..Self::at("", "left alone: not movable") }
+    fn at(room: &Room, side: usize, note: &str) -> Self {
+        Self { side: Some(side), surface: Some(room.sides[side].name.clone()), ..Self::new(note) }
     }
 
     fn remark(&mut self, remark: String) {

@@ -25,8 +25,11 @@ pub(super) const PLUMB: f64 = 0.01 * DEGREE;
 /// Sides of an outline whose directions differ by less than this are one: reconstructed backs are uneven, rad.
 pub(super) const SAME_SIDE: f64 = 3.0 * DEGREE;
 
-/// A side that is shorter than this share of the object's width is no back: what is round keeps its yaw.
-pub(super) const FLAT: f64 = 0.25;
+/// A side that is shorter than this share of the object's width is no back: one of a circle, uneven ones joined, has 0.05.
+pub(super) const FLAT: f64 = 0.12;
+
+/// An axis of a mesh is horizontal if its vertical share is less than this (sine of 11°).
+pub(super) const HORIZONTAL: f64 = 0.2;
 
 /// Directions along a wall or ceiling in which a free place is looked for.
 pub(super) const DIRECTIONS: usize = 16;
@@ -71,3 +74,12 @@ pub(super) const AGREEMENT: f64 = 10.0 * DEGREE;
 /// What stands on the ground at a wall and leans by more than this is meant to lean on it, rad. Reconstructions tilt
 /// upright objects by up to 5°.
 pub(in crate::optimize) const LEANING: f64 = 8.0 * DEGREE;
+
+/// What leans by more than this has fallen over and leans on nothing, rad.
+pub(super) const MAX_LEAN_ON: f64 = 44.0 * DEGREE;
+
+/// Something leans towards a wall if the directions of its lean and of the wall are nearer than this (cosine of 45°) …
+pub(super) const TOWARDS: f64 = 0.7;
+
+/// … and belongs to another wall only if it would be so much nearer, m.
+pub(super) const ASTRAY: f64 = 10.0;
