@@ -60,13 +60,7 @@ impl Group {
     }
 
     /// The tables: starts from `layout`; the layout term compares with `reference`. The walls come after the objects.
-    pub fn world(
-        &self,
-        rigs: &[Rig],
-        walls: &[BodyDef],
-        layout: &[scene::Pose],
-        reference: &[scene::Pose],
-    ) -> World {
+    pub fn world(&self, rigs: &[Rig], walls: &[BodyDef], layout: &[scene::Pose], reference: &[scene::Pose]) -> World {
         let lift = self.lift(rigs, layout);
         let raised = |object: usize, pose: &scene::Pose| rigs[object].body(pose).raised(lift);
         let objects = (self.objects.iter().zip(&self.units))

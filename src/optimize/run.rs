@@ -15,7 +15,9 @@ use super::{
 };
 use crate::scene::{self, Scene};
 use crate::shape::Shape;
-use crate::world::{Backend, BackendError, Best, BodyDef, Flow, MemoryPlan, Pose, SearchSettings, Stream, World, angle_between};
+use crate::world::{
+    Backend, BackendError, Best, BodyDef, Flow, MemoryPlan, Pose, SearchSettings, Stream, World, angle_between,
+};
 use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
 
@@ -144,7 +146,8 @@ impl<'a> Run<'a> {
     ) -> Result<Vec<usize>, BackendError> {
         let simulation = &self.config.fine();
         let Self { scene, rigs, backend, forms, .. } = self;
-        Seat { scene, rigs, backend: *backend, simulation, settings: &self.config.settle, room, forms }.run(which, layout)
+        Seat { scene, rigs, backend: *backend, simulation, settings: &self.config.settle, room, forms }
+            .run(which, layout)
     }
 
     pub fn settings(&self, group: &Group) -> SearchSettings {

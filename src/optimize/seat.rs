@@ -191,12 +191,7 @@ impl Seat<'_> {
     }
 
     /// Where the object comes to rest alone on its held parent, or at a wall; none if that cannot be simulated.
-    fn rest(
-        &self,
-        object: usize,
-        wall: Option<BodyDef>,
-        layout: &[scene::Pose],
-    ) -> Result<Option<Rest>, BackendError> {
+    fn rest(&self, object: usize, wall: Option<BodyDef>, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
         let rig = &self.rigs[object];
         let start = rig.body(&layout[object]);
         let mut defs = vec![rig.def(0, start, start)];

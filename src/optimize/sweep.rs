@@ -23,8 +23,7 @@ pub(super) fn overlap_interval(
     let travel = above - below;
     let cast = |from: f32, direction: f32| {
         let start = Isometry::from_parts(at_a.translation + axis * from, at_a.rotation);
-        let options =
-            ShapeCastOptions { max_time_of_impact: travel, target_distance: clearance, ..Default::default() };
+        let options = ShapeCastOptions { max_time_of_impact: travel, target_distance: clearance, ..Default::default() };
         let hit = cast_shapes(&start, axis * direction, a, at_b, Vec3::ZERO, b, options);
         hit.ok().flatten().map(|hit| hit.time_of_impact)
     };

@@ -22,7 +22,8 @@ pub(super) fn walls(scene: &Scene, forms: &[Form], layout: &[Pose]) -> Vec<Side>
         nearest.into_iter().for_each(|side| on_side[side].push(i));
     }
     let side = |(normal, on): (DVec3, &Vec<usize>)| {
-        let mut hung: Vec<f64> = on.iter().filter(|&&i| hangs_on(scene, i).is_some()).map(|&i| back(i, normal)).collect();
+        let mut hung: Vec<f64> =
+            on.iter().filter(|&&i| hangs_on(scene, i).is_some()).map(|&i| back(i, normal)).collect();
         hung.sort_by(f64::total_cmp);
         let median = hung.get(hung.len() / 2).copied().unwrap_or(f64::INFINITY);
         let furniture = everything().filter(|&i| stands(scene, i)).map(|i| back(i, normal));

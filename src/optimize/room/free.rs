@@ -82,7 +82,9 @@ impl<'a> Space<'a> {
             }
         }
         blocked.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let free = blocked.into_iter().fold(0.0, |at: f64, [low, high]| if low < at || low <= 0.0 { at.max(high) } else { at });
+        let free = blocked
+            .into_iter()
+            .fold(0.0, |at: f64, [low, high]| if low < at || low <= 0.0 { at.max(high) } else { at });
         (free <= f64::from(reach)).then_some(free)
     }
 

@@ -249,10 +249,10 @@ pub(super) fn body(side: &Side, [low, high]: [DVec3; 2]) -> BodyDef {
 /// How little an object belongs to a plane, m: how far its middle is from it and how deep it is across. So a picture in a
 /// corner belongs to the wall that it is flat on. What leans belongs to the wall that it leans towards.
 pub(super) fn remoteness(form: &Form, pose: &Pose, normal: DVec3, point: DVec3) -> f64 {
-    let [low, high] = form.mesh(pose).map(|p| (p - point).dot(normal)).fold(
-        [f64::INFINITY, f64::NEG_INFINITY],
-        |[low, high], height| [low.min(height), high.max(height)],
-    );
+    let [low, high] = form
+        .mesh(pose)
+        .map(|p| (p - point).dot(normal))
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [low.min(height), high.max(height)]);
     let leans = (LEANING..MAX_LEAN_ON).contains(&lean(pose));
     let astray = leans && up_axis(pose).with_y(0.0).normalize_or_zero().dot(-normal) < TOWARDS;
     (0.5 * (low + high)).abs() + (high - low) + if astray { ASTRAY } else { 0.0 }

@@ -128,6 +128,10 @@ impl Placer<'_> {
         if placement.shift.abs() > FAR {
             placement.remark(format!("was {:.2} m from it", gap.abs()));
         }
+        let [low, high] = self.forms[object].bounds(&layout[object]);
+        if self.room.ceiling().is_some_and(|ceiling| high.y - low.y > ceiling) {
+            placement.remark("higher than the room".to_owned());
+        }
         let shift = match space.place(side, riders, others, layout) {
             Place::Touching(shift) => shift,
             Place::Off(shift) => {
@@ -155,10 +159,8 @@ impl Placer<'_> {
             return;
         };
         let (turn, center) = (DQuat::from_rotation_y(yaw), self.rigs[object].center_of(&layout[object]));
-        let pose = Pose {
-            rotation: (turn * rotation).normalize(),
-            translation: center + turn * (translation - center),
-        };
+        let pose =
+            Pose { rotation: (turn * rotation).normalize(), translation: center + turn * (translation - center) };
         placement.yaw = yaw;
         self.carry(object, pose, layout);
     }
