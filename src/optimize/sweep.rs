@@ -18,8 +18,9 @@ pub(super) fn overlap_interval(
         solid.points().iter().map(along).fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
     };
     let ((low_a, high_a), (low_b, high_b)) = (bounds(at_a, a), bounds(at_b, b));
-    // Clear of each other by a centimetre on either side.
-    let (above, below) = (high_b - low_a + 0.01, low_b - high_a - 0.01);
+    // Clear of each other by a centimetre more on either side.
+    let spare = 0.01 + clearance;
+    let (above, below) = (high_b - low_a + spare, low_b - high_a - spare);
     let travel = above - below;
     let cast = |from: f32, direction: f32| {
         let start = Isometry::from_parts(at_a.translation + axis * from, at_a.rotation);

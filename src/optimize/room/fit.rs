@@ -26,8 +26,9 @@ pub(super) fn walls(scene: &Scene, forms: &[Form], layout: &[Pose]) -> Vec<Side>
             on.iter().filter(|&&i| hangs_on(scene, i).is_some()).map(|&i| back(i, normal)).collect();
         hung.sort_by(f64::total_cmp);
         let median = hung.get(hung.len() / 2).copied().unwrap_or(f64::INFINITY);
-        let furniture = everything().filter(|&i| stands(scene, i)).map(|i| back(i, normal));
-        let end = furniture.fold(median, f64::min) - CONTACT;
+        // What is held at the wall is as good a witness as what moves.
+        let enclosed = |&i: &usize| stands(scene, i) || (on.contains(&i) && hangs_on(scene, i).is_none());
+        let end = everything().filter(enclosed).map(|i| back(i, normal)).fold(median, f64::min) - CONTACT;
         let (name, point) = (name(normal).to_owned(), normal * end);
         (!on.is_empty()).then_some(Side { name, kind: Root::Wall, point, normal, fitted: true, bears: false })
     };
