@@ -269,6 +269,19 @@ fn without_a_room_walls_follow_the_furniture() {
 }
 
 #[test]
+fn a_wall_is_fitted_behind_what_is_held_too() {
+    let mut boxes = Boxes::new(0.3);
+    boxes.add("cabinet", "ground-wall", [1.4, 1.2, 0.5], [0.0, 0.6, -1.75], 0.0, 0.0)["movable"] = false.into();
+    boxes.add("table", "ground", [1.6, 0.7, 0.8], [0.3, 0.35, 0.4], 0.0, 0.0);
+    boxes.add("picture", "wall", [0.8, 0.5, 0.03], [0.2, 1.6, -1.9], 0.1, 0.0);
+    let ready = boxes.done();
+    let done = ready.run(&config());
+    done.check();
+    let side = &done.outcome.room.sides[0];
+    assert!((done.gap(0, side.point, side.normal) - 0.5e-3).abs() < 1e-6, "{side:?}");
+}
+
+#[test]
 fn a_guess_that_nothing_needs_changes_no_bit() {
     let mut boxes = Boxes::new(0.3);
     boxes.add("cabinet", "ground-wall", [0.5, 1.2, 1.4], [-2.2, 0.62, 0.2], -0.03, 0.02);

@@ -3,7 +3,7 @@
 
 use super::free::{Place, Space};
 use super::outline::{Outline, wrapped, yaw};
-use super::tolerances::{CONTACT, FAR, HORIZONTAL, MAX_INSIDE, MAX_LEAN, MAX_PULL, MAX_YAW, PLUMB, TOUCHES};
+use super::tolerances::{CONTACT, FAR, HORIZONTAL, MAX_INSIDE, MAX_LEAN, MAX_PULL, MAX_YAW, PLUMB, THERE, TOUCHES};
 use super::{Form, Placement, Room, hangs_on, stands};
 use crate::optimize::groups::{carry, subtree};
 use crate::optimize::rig::Rig;
@@ -158,6 +158,9 @@ impl Placer<'_> {
             placement.remark(format!("not turned: no side within {:.0}° of it", MAX_YAW.to_degrees()));
             return;
         };
+        if yaw.abs() < PLUMB {
+            return;
+        }
         let (turn, center) = (DQuat::from_rotation_y(yaw), self.rigs[object].center_of(&layout[object]));
         let pose =
             Pose { rotation: (turn * rotation).normalize(), translation: center + turn * (translation - center) };
@@ -166,6 +169,9 @@ impl Placer<'_> {
     }
 
     fn shift(&self, object: usize, shift: DVec3, layout: &mut [Pose]) {
+        if shift.length() < THERE {
+            return;
+        }
         let pose = Pose { translation: layout[object].translation + shift, ..layout[object] };
         self.carry(object, pose, layout);
     }

@@ -10,6 +10,9 @@ pub(in crate::optimize) const CONTACT: f64 = 0.5e-3;
 /// What is farther than this from its wall or ceiling does not touch it, m.
 pub(in crate::optimize) const TOUCHES: f64 = 0.01;
 
+/// What is nearer than this to its place is there, m: above the rounding of a file's decimals, far below what matters.
+pub(super) const THERE: f64 = 2e-6;
+
 /// Clearance from everything else, m.
 pub(super) const CLEARANCE: f32 = 0.5e-3;
 
