@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 use parry3d::query::PointQuery;
 use parry3d::shape::TriMesh;
-use rest3d_gpu::optimize::{Clearances, part_meshes, shape_requests};
+use rest3d_gpu::optimize::{self, Clearances, part_meshes, shape_requests};
 use rest3d_gpu::scene::{Pose, Scene};
 use rest3d_gpu::shape::{Mesh, Shape, ShapeSettings, build_shapes};
 use serde_json::{Value, json};
@@ -110,7 +110,7 @@ fn room(objects: &[(Mesh, [f64; 3], Value)]) -> Room {
 
 impl Room {
     fn part(&mut self) -> Clearances {
-        part_meshes(&self.scene, &self.shapes, &mut self.layout)
+        part_meshes(&self.scene, &self.shapes, &optimize::Room::default(), &mut self.layout)
     }
 
     fn corners(&self, i: usize) -> Vec<DVec3> {

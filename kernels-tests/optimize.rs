@@ -117,7 +117,7 @@ impl Observer for Watch {
                 }
             }
             Event::GroupDone { checkpoint, .. } => self.checkpoints.push(checkpoint.to_json()),
-            Event::Seating | Event::Settling | Event::Parting | Event::Verifying => {}
+            Event::Seating | Event::Placing | Event::Settling | Event::Parting | Event::Verifying => {}
         }
         Flow::Continue
     }

@@ -51,6 +51,7 @@ impl SearchProgress {
     pub fn show(&mut self, event: &Event<'_>) {
         match event {
             Event::Seating => self.stage("setting objects onto their supports"),
+            Event::Placing => self.stage("placing what is on walls and ceiling"),
             Event::Plan { groups, candidates, memory } => {
                 self.groups = (groups.iter().zip(*candidates))
                     .map(|(name, &candidates)| Group { name: name.clone(), candidates })

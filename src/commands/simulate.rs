@@ -103,7 +103,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// What is simulated: some of the scene's objects, from where.
 pub struct Motion {
     pub world: World,
-    /// Object of each body.
+    /// Object of each body; the bodies after them are walls.
     pub objects: Vec<usize>,
     /// Pose of every body at the start.
     pub placed: Vec<Pose>,

@@ -129,10 +129,12 @@ fn hash_config(config: &Config) -> String {
 fn hash_scene(scene: &Scene) -> String {
     let mut hasher = Hasher::new();
     for (i, object) in scene.objects.iter().enumerate() {
-        let tree = format!("{:?} {:?} {}", object.name, object.parent, scene.is_static(i));
+        let held = (object.relation, object.movable);
+        let tree = format!("{:?} {:?} {held:?} {}", object.name, object.parent, scene.is_static(i));
         hasher.update(tree.as_bytes());
         hasher.update(bytemuck::bytes_of(&numbers(&object.pose)));
     }
+    hasher.update(format!("{:?}", scene.room).as_bytes());
     hasher.finalize().to_hex().to_string()
 }
 

@@ -18,6 +18,8 @@ pub struct Config {
     pub simulation: SimSettings,
     /// True: objects are set onto their supports before the search. False: they start where the scene says.
     pub seat: bool,
+    /// True: what is on walls and ceiling is put there, and walls bear. False: it stays where the scene says.
+    pub room: bool,
     /// True: meshes that touch in the result are parted. False: they are only reported.
     pub exact: bool,
     /// What a candidate costs.

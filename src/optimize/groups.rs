@@ -7,7 +7,7 @@
 
 use super::rig::Rig;
 use crate::scene::{self, Parent, Scene};
-use crate::world::{STATIC, World};
+use crate::world::{BodyDef, STATIC, World};
 
 /// Objects that are simulated together.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ pub(super) struct Group {
     pub name: String,
     /// The held object of a local group.
     pub held: Option<usize>,
-    /// Object of each body.
+    /// Object of each body; the bodies after them are walls.
     pub objects: Vec<usize>,
     /// Unit of each body, or `STATIC`.
     units: Vec<u32>,
@@ -59,13 +59,13 @@ impl Group {
         self.held.map_or(0.0, |held| (-rigs[held].lowest(&rigs[held].body(&layout[held]))).max(0.0))
     }
 
-    /// The tables: starts from `layout`; the layout term compares with `reference`.
-    pub fn world(&self, rigs: &[Rig], layout: &[scene::Pose], reference: &[scene::Pose]) -> World {
+    /// The tables: starts from `layout`; the layout term compares with `reference`. The walls come after the objects.
+    pub fn world(&self, rigs: &[Rig], walls: &[BodyDef], layout: &[scene::Pose], reference: &[scene::Pose]) -> World {
         let lift = self.lift(rigs, layout);
         let raised = |object: usize, pose: &scene::Pose| rigs[object].body(pose).raised(lift);
-        let defs: Vec<_> = (self.objects.iter().zip(&self.units))
-            .map(|(&i, &unit)| rigs[i].def(unit, raised(i, &layout[i]), raised(i, &reference[i])))
-            .collect();
+        let objects = (self.objects.iter().zip(&self.units))
+            .map(|(&i, &unit)| rigs[i].def(unit, raised(i, &layout[i]), raised(i, &reference[i])));
+        let defs: Vec<_> = objects.chain(walls.iter().cloned()).collect();
         World::new(&defs, &self.roots)
     }
 }
@@ -117,4 +117,21 @@ pub(super) fn subtree(scene: &Scene, root: usize, enter: impl Fn(usize) -> bool)
         next += 1;
     }
     found
+}
+
+/// Moves an object to `pose`, and everything on it that `along` lets through rigidly with it.
+pub(super) fn carry(
+    scene: &Scene,
+    object: usize,
+    pose: scene::Pose,
+    layout: &mut [scene::Pose],
+    along: impl Fn(usize) -> bool,
+) {
+    let old = layout[object];
+    let turn = pose.rotation * old.rotation.conjugate();
+    for moved in subtree(scene, object, along) {
+        let place = &mut layout[moved];
+        place.translation = pose.translation + turn * (place.translation - old.translation);
+        place.rotation = (turn * place.rotation).normalize();
+    }
 }

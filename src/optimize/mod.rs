@@ -1,4 +1,4 @@
-//! From a broken layout to one that stands: local groups, then the whole scene, then settling, the parting of meshes
+//! From a broken layout to one that stands: objects set onto their supports, walls and ceiling, local groups, then the whole scene, then settling, the parting of meshes
 //! that touch, and a check.
 //!
 //! The optimizer sees the world through the `Backend` trait and does not know which processor runs it.
@@ -12,10 +12,13 @@ mod outcome;
 mod replay;
 mod retry;
 mod rig;
+mod room;
 mod run;
 mod seat;
 mod settle;
 mod support;
+mod sweep;
+mod upright;
 mod verify;
 mod whole;
 
@@ -26,6 +29,7 @@ pub use outcome::{Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, 
 pub use replay::{Candidate, Replay, replay};
 pub use retry::run_on;
 pub use rig::Rig;
+pub use room::{Placement, Room, Side};
 pub use run::run;
 pub use whole::{shape_requests, standing};
 

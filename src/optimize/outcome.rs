@@ -1,6 +1,6 @@
 //! What a run tells while it goes and what it leaves.
 
-use super::Clearances;
+use super::{Clearances, Placement, Room};
 use crate::scene::Pose;
 use crate::world::{Energy, Flow, IterationStats, KernelTime, Status};
 use serde::{Deserialize, Serialize};
@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub enum Event<'a> {
     /// The objects are set onto their supports.
     Seating,
+    /// What is on walls and ceiling is put there.
+    Placing,
     /// The run's shape, before the first group.
     Plan {
         /// Names of the groups in the order in which they are searched; the last is the global stage.
@@ -141,6 +143,10 @@ pub struct Outcome {
     pub settled_after: f64,
     /// True if everything came to rest while settling.
     pub at_rest: bool,
+    /// Walls and ceiling, given or fitted.
+    pub room: Room,
+    /// For every object in the scene's order: what was done to put it onto its wall or ceiling; none for what has neither.
+    pub placements: Vec<Option<Placement>>,
     /// How the meshes themselves lie.
     pub clearances: Clearances,
     /// What the user should know, in whole sentences.

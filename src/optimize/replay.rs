@@ -24,7 +24,7 @@ pub struct Candidate {
 pub struct Replay {
     /// The group's bodies.
     pub world: World,
-    /// Object of each body.
+    /// Object of each body; the bodies after them are walls.
     pub objects: Vec<usize>,
     /// How far the group was raised for its simulation, m.
     pub lift: f32,
@@ -75,7 +75,7 @@ pub fn replay(
     }
     let layout = state.layout();
     let lift = group.lift(&run.rigs, &layout);
-    let world = group.world(&run.rigs, &layout, &run.seated);
+    let world = group.world(&run.rigs, &run.walls, &layout, &run.seated);
     let (mut found, mut last) = (None, 0);
     cem::search(backend, &world, &settings, Stream { seed, stage: stage as u32 }, &mut |stats, search| {
         last = stats.iteration;

@@ -7,6 +7,7 @@ use super::{
     exact,
     groups::{self, Group},
     rig::Rig,
+    room::{Form, Placement, Placer, Room, stands},
     seat::Seat,
     settle::settle,
     support,
@@ -14,7 +15,9 @@ use super::{
 };
 use crate::scene::{self, Scene};
 use crate::shape::Shape;
-use crate::world::{Backend, BackendError, Best, Flow, MemoryPlan, Pose, SearchSettings, Stream, World, angle_between};
+use crate::world::{
+    Backend, BackendError, Best, BodyDef, Flow, MemoryPlan, Pose, SearchSettings, Stream, World, angle_between,
+};
 use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
 
@@ -57,9 +60,14 @@ pub(super) struct Run<'a> {
     shapes: &'a [Shape],
     pub rigs: Vec<Rig>,
     input: Vec<scene::Pose>,
-    /// What the layout term compares with: the input at the heights of its supports.
+    /// What the layout term compares with: the input at the heights of its supports, on its walls and ceiling.
     pub seated: Vec<scene::Pose>,
     seat_seconds: f64,
+    room: Room,
+    forms: Vec<Form>,
+    placements: Vec<Option<Placement>>,
+    /// Walls that bear, in every group's world.
+    pub walls: Vec<BodyDef>,
     pub groups: Vec<Group>,
     pub backend: &'a dyn Backend,
     config: &'a Config,
@@ -79,26 +87,67 @@ impl<'a> Run<'a> {
         config.validate()?;
         let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
         let input: Vec<scene::Pose> = scene.objects.iter().map(|object| object.pose).collect();
-        let mut seated = input.clone();
-        let clock = Instant::now();
-        if config.seat {
-            observer.event(Event::Seating);
-            let simulation = &config.fine();
-            Seat { scene, rigs: &rigs, backend, simulation, settings: &config.settle }.run(&mut seated)?;
-        }
-        let seat_seconds = clock.elapsed().as_secs_f64();
-        Ok(Self {
+        let mut run = Self {
             scene,
             shapes,
-            rigs,
+            seated: input.clone(),
             input,
-            seated,
-            seat_seconds,
+            seat_seconds: 0.0,
+            room: Room::default(),
+            forms: Form::all(shapes),
+            placements: vec![None; shapes.len()],
+            walls: Vec::new(),
+            rigs,
             groups: groups::plan(scene),
             backend,
             config,
             seed,
-        })
+        };
+        let clock = Instant::now();
+        run.arrange(observer)?;
+        run.seat_seconds = clock.elapsed().as_secs_f64();
+        Ok(run)
+    }
+
+    /// Sets the objects onto their supports: first what stands on the ground, then what is on walls and ceiling, which
+    /// gives way to it, then what that bears.
+    fn arrange(&mut self, observer: &mut dyn Observer) -> Result<(), OptimizeError> {
+        let mut layout = self.input.clone();
+        let mut room = match self.config.room {
+            true => Room::new(self.scene, &self.forms, &layout),
+            false => Room::default(),
+        };
+        let mut leaning = Vec::new();
+        if self.config.seat {
+            observer.event(Event::Seating);
+            leaning = self.seat(&room, |object| stands(self.scene, object), &mut layout)?;
+        }
+        room.keep_needed(self.scene, &self.forms, &leaning, &layout);
+        if !room.sides.is_empty() {
+            observer.event(Event::Placing);
+            let placer = Placer { scene: self.scene, room: &room, forms: &self.forms, rigs: &self.rigs };
+            placer.furnish(&leaning, &mut layout, &mut self.placements);
+            let hung = placer.hang(&mut layout, &mut self.placements);
+            room.hung = hung;
+        }
+        if self.config.seat {
+            self.seat(&room, |object| !stands(self.scene, object), &mut layout)?;
+        }
+        self.walls = room.bodies(&self.forms, &layout);
+        (self.room, self.seated) = (room, layout);
+        Ok(())
+    }
+
+    fn seat(
+        &self,
+        room: &Room,
+        which: impl Fn(usize) -> bool,
+        layout: &mut [scene::Pose],
+    ) -> Result<Vec<usize>, BackendError> {
+        let simulation = &self.config.fine();
+        let Self { scene, rigs, backend, forms, .. } = self;
+        Seat { scene, rigs, backend: *backend, simulation, settings: &self.config.settle, room, forms }
+            .run(which, layout)
     }
 
     pub fn settings(&self, group: &Group) -> SearchSettings {
@@ -118,7 +167,7 @@ impl<'a> Run<'a> {
             .collect();
         let mut memory = String::from("nothing to search");
         if let Some(global) = self.groups.last() {
-            let world = global.world(&self.rigs, &self.seated, &self.seated);
+            let world = global.world(&self.rigs, &self.walls, &self.seated, &self.seated);
             let candidates = self.config.global.candidates.max(self.config.local.candidates);
             let MemoryPlan { bytes, at_once } = self.backend.memory(&world, candidates);
             let split = if at_once < candidates { format!(", {at_once} at a time") } else { String::new() };
@@ -147,7 +196,7 @@ impl<'a> Run<'a> {
         let settings = self.settings(group);
         let mut layout = state.layout();
         let lift = group.lift(&self.rigs, &layout);
-        let world = group.world(&self.rigs, &layout, &self.seated);
+        let world = group.world(&self.rigs, &self.walls, &layout, &self.seated);
         let stream = Stream { seed: self.seed, stage: index as u32 };
         let iterations = settings.cem.iterations * settings.cem.episodes;
         let searched = cem::search(self.backend, &world, &settings, stream, &mut |stats, _| {
@@ -201,7 +250,8 @@ impl<'a> Run<'a> {
     }
 
     fn starts(&self, group: &Group, layout: &[scene::Pose]) -> Vec<Pose> {
-        group.objects.iter().map(|&object| self.rigs[object].body(&layout[object])).collect()
+        let objects = group.objects.iter().map(|&object| self.rigs[object].body(&layout[object]));
+        objects.chain(self.walls.iter().map(|wall| wall.start)).collect()
     }
 
     /// Settles and checks the layout that the search left. Both also run after an early stop: they are short, and an
@@ -219,7 +269,7 @@ impl<'a> Run<'a> {
         let mut overlaps = vec![0.0; layout.len()];
         let clearances;
         if let Some(global) = self.groups.last() {
-            let world = global.world(&self.rigs, &layout, &self.seated);
+            let world = global.world(&self.rigs, &self.walls, &layout, &self.seated);
             let clock = Instant::now();
             observer.event(Event::Settling);
             let starts = self.starts(global, &layout);
@@ -238,7 +288,8 @@ impl<'a> Run<'a> {
             timings.verify = clock.elapsed().as_secs_f64();
             let depths = self.backend.overlaps(&world, &simulation, &starts)?;
             for (pair, &depth) in world.pairs.iter().zip(&depths) {
-                for object in pair.map(|body| global.objects[body as usize]) {
+                // A wall is no object.
+                for &object in pair.iter().filter_map(|&body| global.objects.get(body as usize)) {
                     overlaps[object] = depth.max(overlaps[object]);
                 }
             }
@@ -252,7 +303,12 @@ impl<'a> Run<'a> {
         if !clearances.complete {
             state.notes.push("the meshes are too large to be looked at whole: some may still overlap".into());
         }
+        let mut placements = self.placements.clone();
+        let placer = Placer { scene: self.scene, room: &self.room, forms: &self.forms, rigs: &self.rigs };
+        state.notes.extend(placer.measure(&layout, &mut placements));
         Ok(Outcome {
+            room: self.room.clone(),
+            placements,
             objects: self.assess(&layout, verified.as_ref(), &overlaps),
             groups: state.groups,
             iterations: state.iterations,
@@ -267,8 +323,8 @@ impl<'a> Run<'a> {
 
     fn part(&self, layout: &mut [scene::Pose]) -> Clearances {
         match self.config.exact {
-            true => exact::part_meshes(self.scene, self.shapes, layout),
-            false => exact::look(self.scene, self.shapes, layout),
+            true => exact::part_meshes(self.scene, self.shapes, &self.room, layout),
+            false => exact::look(self.scene, self.shapes, &self.room, layout),
         }
     }
 

@@ -6,16 +6,19 @@
 //! they overlap are one interval, and the upper ends of the joined intervals are the heights of support under the
 //! object's footprint (REST3D's stage 2b, which takes the parent's highest point instead). Then the object is simulated
 //! alone on its held parent: a desk that leans by two degrees would otherwise throw about what the search has carefully
-//! set onto it, when at last it falls level. What falls over alone is tried once more upright.
+//! set onto it, when at last it falls level. What falls over alone is tried once more upright, or against its wall if the
+//! scene says that it stands at one.
 
 use super::config::SettleSettings;
-use super::{groups::subtree, rig::Rig, settle::settle};
+use super::room::{self, CONTACT, Form, LEANING, Room};
+use super::sweep::overlap_interval;
+use super::upright::{lean, upright};
+use super::{groups::carry, rig::Rig, settle::settle};
 use crate::scene::{self, Parent, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
-use crate::world::{Backend, BackendError, STATIC, SimSettings, World, angle_between};
-use glam::{DQuat, DVec3, Vec3};
+use crate::world::{Backend, BackendError, BodyDef, STATIC, SimSettings, World, angle_between};
+use glam::Vec3;
 use parry3d::math::Pose as Isometry;
-use parry3d::query::{ShapeCastOptions, cast_shapes};
 use parry3d::shape::ConvexPolyhedron;
 use std::ops::Range;
 
@@ -80,42 +83,85 @@ pub(super) struct Seat<'a> {
     pub backend: &'a dyn Backend,
     pub simulation: &'a SimSettings,
     pub settings: &'a SettleSettings,
+    pub room: &'a Room,
+    pub forms: &'a [Form],
 }
 
 impl Seat<'_> {
-    /// Sets the objects of `layout` onto their supports, each with everything on it. What never moves stays.
-    pub fn run(&self, layout: &mut [scene::Pose]) -> Result<(), BackendError> {
+    /// Sets the objects of `layout` that `which` names onto their supports, each with everything on it. What never moves
+    /// stays. Returns those that only stay when they lean on a wall.
+    pub fn run(&self, which: impl Fn(usize) -> bool, layout: &mut [scene::Pose]) -> Result<Vec<usize>, BackendError> {
+        let mut leaning = Vec::new();
         let mut parents_first = self.scene.post_order();
         parents_first.reverse();
         for object in parents_first {
-            if self.scene.is_static(object) {
+            if self.scene.is_static(object) || !which(object) {
                 continue;
             }
             self.settle_height(object, layout);
-            let left_alone = self.rest(object, layout)?;
-            match left_alone.as_ref().filter(|rest| rest.stays()) {
-                Some(rest) => self.carry(object, rest.pose, layout),
-                None => self.set_upright(object, left_alone.map_or(f32::INFINITY, |rest| rest.turn), layout)?,
+            let left_alone = self.rest(object, None, layout)?;
+            if let Some(rest) = left_alone.as_ref().filter(|rest| rest.stays()) {
+                self.carry(object, rest.pose, layout);
+                continue;
+            }
+            let fall = left_alone.map_or(f32::INFINITY, |rest| rest.turn);
+            // What leans far was meant to; what leans a little does without the wall if it can.
+            let on_wall = if lean(&layout[object]) > LEANING {
+                self.lean_on_wall(object, layout)? || {
+                    self.set_upright(object, fall, layout)?;
+                    false
+                }
+            } else {
+                !self.set_upright(object, fall, layout)? && self.lean_on_wall(object, layout)?
+            };
+            if on_wall {
+                leaning.push(object);
             }
         }
-        Ok(())
+        Ok(leaning)
     }
 
     /// Sets a leaning object upright if it stays there and has turned less than the `fall` that it would take otherwise,
-    /// rad: a round fruit rolls to rest by itself.
-    fn set_upright(&self, object: usize, fall: f32, layout: &mut [scene::Pose]) -> Result<(), BackendError> {
+    /// rad: a round fruit rolls to rest by itself. False if it was left as it was.
+    fn set_upright(&self, object: usize, fall: f32, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
         let leaning = layout.to_vec();
-        let Some(upright) = upright(&leaning[object], self.rigs[object].center_of(&leaning[object])) else {
-            return Ok(());
+        let Some(upright) = upright(&leaning[object], self.rigs[object].center_of(&leaning[object]), LEAN) else {
+            return Ok(false);
         };
         self.carry(object, upright, layout);
         self.settle_height(object, layout);
         let lean = upright.rotation.angle_between(leaning[object].rotation) as f32;
-        match self.rest(object, layout)?.filter(|rest| rest.stays() && lean + rest.turn < fall) {
+        let rest = self.rest(object, None, layout)?.filter(|rest| rest.stays() && lean + rest.turn < fall);
+        match &rest {
             Some(rest) => self.carry(object, rest.pose, layout),
             None => layout.copy_from_slice(&leaning),
         }
-        Ok(())
+        Ok(rest.is_some())
+    }
+
+    /// Lets what stands at a wall come to rest against it. False, and left as it was, if it does not stay there either.
+    fn lean_on_wall(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
+        let (form, kept) = (&self.forms[object], layout.to_vec());
+        if self.scene.objects[object].parent != Parent::Root(Root::GroundWall) {
+            return Ok(false);
+        }
+        let Some(wall) = self.room.wall_to_lean_on(form, &layout[object]) else {
+            return Ok(false);
+        };
+        let gap = wall.gap(form.solid(&layout[object]));
+        let place = layout[object].translation + wall.normal.with_y(0.0) * (CONTACT - gap);
+        self.carry(object, scene::Pose { translation: place, ..layout[object] }, layout);
+        let body = room::body(wall, form.bounds(&layout[object]));
+        let rest = self.rest(object, Some(body), layout)?.filter(Rest::stays);
+        match &rest {
+            Some(rest) => self.carry(object, rest.pose, layout),
+            None => layout.copy_from_slice(&kept),
+        }
+        Ok(rest.is_some())
+    }
+
+    fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
+        carry(self.scene, object, pose, layout, |child| !self.scene.is_static(child));
     }
 
     /// Shifts the object to the height at which it rests.
@@ -144,8 +190,8 @@ impl Seat<'_> {
         }
     }
 
-    /// Where the object comes to rest alone on its held parent; none if that cannot be simulated.
-    fn rest(&self, object: usize, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
+    /// Where the object comes to rest alone on its held parent, or at a wall; none if that cannot be simulated.
+    fn rest(&self, object: usize, wall: Option<BodyDef>, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
         let rig = &self.rigs[object];
         let start = rig.body(&layout[object]);
         let mut defs = vec![rig.def(0, start, start)];
@@ -153,6 +199,7 @@ impl Seat<'_> {
             let held = self.rigs[parent].body(&layout[parent]);
             defs.push(self.rigs[parent].def(STATIC, held, held));
         }
+        defs.extend(wall);
         let world = World::new(&defs, &[0]);
         let settings = SettleSettings { max_seconds: REST_SECONDS, ..self.settings.clone() };
         let settled = settle(self.backend, &world, self.simulation, &settings, &world.start)?;
@@ -165,39 +212,15 @@ impl Seat<'_> {
             }
         }))
     }
-
-    /// Moves an object to `pose` and everything movable on it along.
-    fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
-        let old = layout[object];
-        let turn = pose.rotation * old.rotation.conjugate();
-        for moved in subtree(self.scene, object, |child| !self.scene.is_static(child)) {
-            let place = &mut layout[moved];
-            place.translation = pose.translation + turn * (place.translation - old.translation);
-            place.rotation = (turn * place.rotation).normalize();
-        }
-    }
-}
-
-/// The pose turned about `center` so that the axis of the mesh which is nearest to the vertical is vertical; none if its
-/// lean is outside `LEAN`. A reconstructed lamp leans by a few degrees, and meshes are modelled upright.
-fn upright(pose: &scene::Pose, center: DVec3) -> Option<scene::Pose> {
-    let up = pose.rotation.conjugate() * DVec3::Y;
-    let nearest =
-        [DVec3::X, DVec3::Y, DVec3::Z].into_iter().max_by(|a, b| a.dot(up).abs().total_cmp(&b.dot(up).abs()))?;
-    let axis = pose.rotation * (nearest * nearest.dot(up).signum());
-    let turn = DQuat::from_rotation_arc(axis, DVec3::Y);
-    LEAN.contains(&axis.angle_between(DVec3::Y)).then(|| scene::Pose {
-        rotation: (turn * pose.rotation).normalize(),
-        translation: center + turn * (pose.translation - center),
-    })
 }
 
 /// The smallest vertical shift that lets `child` rest on `bearer`, m; none if nothing is below it.
 fn support_shift(child: &Solid, bearer: &Solid) -> Option<f32> {
+    let here = Isometry::IDENTITY;
     let mut overlaps: Vec<[f32; 2]> = Vec::new();
     for a in &child.parts {
         for b in &bearer.parts {
-            overlaps.extend(overlap_interval(a, b));
+            overlaps.extend(overlap_interval((&here, a), (&here, b), Vec3::Y, 0.0));
         }
     }
     overlaps.sort_by(|p, q| p[0].total_cmp(&q[0]));
@@ -209,25 +232,6 @@ fn support_shift(child: &Solid, bearer: &Solid) -> Option<f32> {
         }
     }
     joined.into_iter().map(|[_, high]| high).min_by(|a, b| a.abs().total_cmp(&b.abs()))
-}
-
-/// The vertical shifts of `a` at which it overlaps `b`: one interval, found by dropping `a` from above and raising it
-/// from below.
-fn overlap_interval(a: &ConvexPolyhedron, b: &ConvexPolyhedron) -> Option<[f32; 2]> {
-    let bounds = |solid: &ConvexPolyhedron| {
-        solid.points().iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v.y), h.max(v.y)))
-    };
-    let ((low_a, high_a), (low_b, high_b)) = (bounds(a), bounds(b));
-    // Clear of each other by a centimetre above and below.
-    let (above, below) = (high_b - low_a + 0.01, low_b - high_a - 0.01);
-    let travel = above - below;
-    let cast = |from: f32, direction: f32| {
-        let start = Isometry::from_translation(Vec3::Y * from);
-        let options = ShapeCastOptions { max_time_of_impact: travel, ..Default::default() };
-        let hit = cast_shapes(&start, Vec3::Y * direction, a, &Isometry::IDENTITY, Vec3::ZERO, b, options);
-        hit.ok().flatten().map(|hit| hit.time_of_impact)
-    };
-    Some([below + cast(below, 1.0)?, above - cast(above, -1.0)?])
 }
 
 #[cfg(test)]
@@ -242,30 +246,11 @@ mod tests {
     }
 
     #[test]
-    fn cubes_overlap_while_less_than_a_side_apart() {
-        let [low, high] = overlap_interval(&cube(Vec3::new(0.2, 3.0, 0.0)), &cube(Vec3::ZERO)).unwrap();
-        assert!((low + 4.0).abs() < 1e-3 && (high + 2.0).abs() < 1e-3, "{low} … {high}");
-        assert!(overlap_interval(&cube(Vec3::new(2.0, 3.0, 0.0)), &cube(Vec3::ZERO)).is_none());
-    }
-
-    #[test]
     fn the_nearest_support_is_chosen() {
         let shelf = Solid { parts: vec![cube(Vec3::ZERO), cube(Vec3::Y * 3.0)] };
         let shift = |y: f32| support_shift(&Solid { parts: vec![cube(Vec3::Y * y)] }, &shelf).unwrap();
         assert!((shift(0.9) - 0.1).abs() < 1e-3, "sunk by 10 cm, shifted by {}", shift(0.9));
         assert!((shift(1.2) + 0.2).abs() < 1e-3, "floating by 20 cm, shifted by {}", shift(1.2));
         assert!((shift(3.8) - 0.2).abs() < 1e-3, "on the upper board, shifted by {}", shift(3.8));
-    }
-
-    #[test]
-    fn a_leaning_object_is_set_upright_about_its_centre() {
-        let lean = DQuat::from_rotation_y(0.7) * DQuat::from_rotation_z(0.2);
-        let pose = scene::Pose { rotation: lean, translation: DVec3::new(1.0, 2.0, 3.0) };
-        let center = pose.translation + lean * DVec3::new(0.0, 0.5, 0.0);
-        let set = upright(&pose, center).unwrap();
-        assert!((set.rotation * DVec3::Y).distance(DVec3::Y) < 1e-9);
-        assert!((set.translation + set.rotation * DVec3::new(0.0, 0.5, 0.0)).distance(center) < 1e-9);
-        let fallen = scene::Pose { rotation: DQuat::from_rotation_z(0.7), ..pose };
-        assert!(upright(&fallen, center).is_none());
     }
 }

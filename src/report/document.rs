@@ -2,8 +2,8 @@
 
 use super::Summary;
 use crate::canonicalize::Canonicalization;
-use crate::optimize::{Config, GroupRecord, IterationRecord, MeshOverlap, ObjectOutcome, Outcome};
-use crate::scene::Scene;
+use crate::optimize::{Config, GroupRecord, IterationRecord, MeshOverlap, ObjectOutcome, Outcome, Placement, Side};
+use crate::scene::{Pose, Scene};
 use crate::shape::{Quality, Shape};
 use crate::world::{Energy, KernelTime, Status};
 use serde::Serialize;
@@ -38,6 +38,8 @@ pub struct Report<'a> {
     pub(super) summary: Summary,
     pub(super) notes: Vec<&'a str>,
     pub(super) objects: Vec<Object<'a>>,
+    /// Walls and ceiling as the run took them.
+    room: Vec<RoomSide<'a>>,
     /// Pairs whose meshes still meet.
     pub(super) mesh_overlaps: Vec<Overlap<'a>>,
     pub(super) groups: Vec<Group<'a>>,
@@ -62,11 +64,29 @@ pub(super) struct Object<'a> {
     pub(super) stable: bool,
     pub(super) fallen: bool,
     pub(super) lost_support: bool,
+    /// What put it onto its wall or ceiling, or inside the walls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    placement: Option<&'a Placement>,
     exact: Exact,
     pub(super) check: Check,
     mass: f32,
     shape: &'a Quality,
     notes: &'a [String],
+}
+
+/// A wall or the ceiling, in the frame and unit of the file.
+#[derive(Debug, Serialize)]
+struct RoomSide<'a> {
+    name: &'a str,
+    /// `wall` or `ceiling`.
+    kind: &'static str,
+    point: [f64; 3],
+    /// Into the room.
+    normal: [f64; 3],
+    /// True if the scene does not give it.
+    fitted: bool,
+    /// True if it was a body in the simulation.
+    bears: bool,
 }
 
 /// What the exact step did with the object, m.
@@ -146,7 +166,11 @@ impl<'a> Report<'a> {
     /// Puts together what is known. All lists are in the scene's order.
     pub fn new(run: Run<'a>, scene: &'a Scene, shapes: &'a [Shape], config: &'a Config, outcome: &'a Outcome) -> Self {
         let objects = (scene.objects.iter().zip(shapes).zip(&outcome.objects).zip(exact(outcome)))
-            .map(|(((object, shape), outcome), exact)| self::object(&object.name, shape, config, outcome, exact))
+            .zip(&outcome.placements)
+            .map(|((((object, shape), outcome), exact), placement)| {
+                let object = self::object(&object.name, shape, config, outcome, exact);
+                Object { placement: placement.as_ref(), ..object }
+            })
             .collect();
         let name = |object: usize| scene.objects[object].name.as_str();
         let overlap = |&MeshOverlap { objects: [a, b], depth }: &MeshOverlap| Overlap { a: name(a), b: name(b), depth };
@@ -166,6 +190,7 @@ impl<'a> Report<'a> {
             summary: Summary::new(scene, outcome),
             notes: scene.warnings.iter().chain(&outcome.notes).map(String::as_str).collect(),
             objects,
+            room: outcome.room.sides.iter().map(|side| room_side(scene, side)).collect(),
             mesh_overlaps: outcome.clearances.overlaps.iter().map(overlap).collect(),
             groups: outcome.groups.iter().map(group).collect(),
             iterations: (outcome.iterations.iter())
@@ -201,6 +226,18 @@ impl<'a> Report<'a> {
     }
 }
 
+fn room_side<'a>(scene: &Scene, side: &'a Side) -> RoomSide<'a> {
+    let [x, y, z, ..] = scene.pose_in_file(&Pose { translation: side.point, ..Pose::IDENTITY });
+    RoomSide {
+        name: &side.name,
+        kind: side.kind.name(),
+        point: [x, y, z],
+        normal: scene.direction_in_file(side.normal).to_array(),
+        fitted: side.fitted,
+        bears: side.bears,
+    }
+}
+
 fn exact(outcome: &Outcome) -> impl Iterator<Item = Exact> {
     let clearances = &outcome.clearances;
     clearances.shifts.iter().zip(&clearances.drops).map(|(shift, &clearance)| Exact {
@@ -219,6 +256,7 @@ fn object<'a>(name: &'a str, shape: &'a Shape, config: &Config, outcome: &Object
         stable: outcome.stable,
         fallen: outcome.fallen,
         lost_support: outcome.lost_support,
+        placement: None,
         exact,
         check: Check {
             drift: outcome.drift,

@@ -8,8 +8,10 @@
 
 mod surface;
 mod tolerances;
+mod walls;
 
 use super::groups::subtree;
+use super::room::Room;
 use crate::scene::{Parent, Pose, Root, Scene};
 use crate::shape::Shape;
 use glam::{DMat3, DVec3};
@@ -19,6 +21,7 @@ use tolerances::{
     ASIDE, DIRECTIONS, DROP, LOAD, MAX_MOVE, MAX_MOVE_HUNG, MAX_PAIRS, REACHES, REST, ROUNDS, SIDEWAYS, SPARES,
     TOO_NEAR, TOUCHING, UPWARDS,
 };
+use walls::Walls;
 
 /// What the exact step found and did, for every object in the scene's order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,9 +45,10 @@ pub struct MeshOverlap {
     pub depth: Option<f64>,
 }
 
-/// Parts the meshes of a layout as far as that goes. `shapes` and `layout` are in the scene's order.
-pub fn part_meshes(scene: &Scene, shapes: &[Shape], layout: &mut [Pose]) -> Clearances {
-    let mut exact = Exact::new(scene, shapes, layout);
+/// Parts the meshes of a layout as far as that goes, and leaves on their walls what is there. `shapes` and `layout` are in
+/// the scene's order.
+pub fn part_meshes(scene: &Scene, shapes: &[Shape], room: &Room, layout: &mut [Pose]) -> Clearances {
+    let mut exact = Exact::new(scene, shapes, room, layout);
     exact.part();
     exact.lower();
     exact.spread();
@@ -55,8 +59,8 @@ pub fn part_meshes(scene: &Scene, shapes: &[Shape], layout: &mut [Pose]) -> Clea
 }
 
 /// How the meshes of a layout lie.
-pub(super) fn look(scene: &Scene, shapes: &[Shape], layout: &[Pose]) -> Clearances {
-    Exact::new(scene, shapes, layout).clearances()
+pub(super) fn look(scene: &Scene, shapes: &[Shape], room: &Room, layout: &[Pose]) -> Clearances {
+    Exact::new(scene, shapes, room, layout).clearances()
 }
 
 /// A direction in which an object may be moved.
@@ -97,25 +101,42 @@ struct Exact<'a> {
     aside: Vec<Heading>,
     /// Sideways and up: out of a corner.
     askew: Vec<Heading>,
+    walls: Walls<'a>,
+    /// For what hangs on a wall or ceiling: away from it and along it; nothing for all else.
+    along: Vec<Vec<Heading>>,
     budget: Budget,
 }
 
 impl<'a> Exact<'a> {
-    fn new(scene: &'a Scene, shapes: &[Shape], layout: &[Pose]) -> Self {
+    fn new(scene: &'a Scene, shapes: &[Shape], room: &'a Room, layout: &[Pose]) -> Self {
         let movable = |object: usize| scene.objects[object].movable;
         let moving = |object| if movable(object) { subtree(scene, object, movable) } else { Vec::new() };
         let turn = std::f64::consts::TAU / DIRECTIONS as f64;
         let direction = |i: usize| DVec3::new((turn * i as f64).cos(), 0.0, (turn * i as f64).sin());
+        let surfaces: Vec<Surface> =
+            shapes.iter().zip(layout).map(|(shape, pose)| Surface::new(&shape.surface, pose)).collect();
+        let walls = Walls::new(room, &surfaces);
+        let along_surface = |object: usize| match walls.surface(object) {
+            Some(normal) => {
+                let across = DVec3::Y.cross(normal).try_normalize().unwrap_or(DVec3::X);
+                let plane = DMat3::from_cols(across, normal, normal.cross(across));
+                let along = (0..DIRECTIONS).map(|i| Heading::new((plane * direction(i)).normalize(), ASIDE, 1.0));
+                [Heading::new(normal, ASIDE, 1.0)].into_iter().chain(along).collect()
+            }
+            None => Vec::new(),
+        };
         Self {
             scene,
             budget: Cell::new(MAX_PAIRS),
-            surfaces: shapes.iter().zip(layout).map(|(shape, pose)| Surface::new(&shape.surface, pose)).collect(),
             moving: (0..layout.len()).map(moving).collect(),
             shifts: vec![DVec3::ZERO; layout.len()],
             up: Heading::new(DVec3::Y, REST, UPWARDS),
             down: Heading::new(DVec3::NEG_Y, REST, 1.0),
             aside: (0..DIRECTIONS).map(|i| Heading::new(direction(i), ASIDE, 1.0)).collect(),
             askew: (0..DIRECTIONS).map(|i| Heading::new((direction(i) + DVec3::Y).normalize(), ASIDE, 1.0)).collect(),
+            along: (0..layout.len()).map(along_surface).collect(),
+            walls,
+            surfaces,
         }
     }
 
@@ -181,8 +202,9 @@ impl<'a> Exact<'a> {
     fn lift_from_ground(&mut self) {
         for object in 0..self.surfaces.len() {
             let lowest = self.surfaces[object].low.y + self.shifts[object].y;
-            if lowest < 0.0 && lowest > -MAX_MOVE && !self.moving[object].is_empty() {
-                self.apply(Move { mover: object, shift: DVec3::Y * (REST - lowest), cost: 0.0 });
+            let step = Move { mover: object, shift: DVec3::Y * (REST - lowest), cost: 0.0 };
+            if lowest < 0.0 && lowest > -MAX_MOVE && !self.moving[object].is_empty() && self.stays_in_room(&step) {
+                self.apply(step);
             }
         }
     }
@@ -222,7 +244,7 @@ impl<'a> Exact<'a> {
             if clear.is_some() {
                 return clear;
             }
-            nearest = nearest.or(moves.first().copied());
+            nearest = nearest.or(moves.iter().find(|step| self.stays_in_room(step)).copied());
         }
         nearest.filter(|_| !free)
     }
@@ -254,11 +276,15 @@ impl<'a> Exact<'a> {
         moves
     }
 
-    /// Where an object may go: what rests on something not down.
+    /// Where an object may go: what rests on something not down, what hangs along its surface.
     fn headings(&self, object: usize, level: bool) -> impl Iterator<Item = &Heading> {
+        let along = &self.along[object];
         let hung = matches!(self.scene.objects[object].parent, Parent::Root(Root::Wall | Root::Ceiling));
         let vertical = (!level).then_some(&self.up).into_iter().chain((hung && !level).then_some(&self.down));
-        vertical.chain(&self.aside).chain(self.askew.iter().filter(move |_| !level))
+        let anywhere = vertical.chain(&self.aside).chain(self.askew.iter().filter(move |_| !level));
+        anywhere
+            .filter(|_| along.is_empty())
+            .chain(along.iter().filter(move |heading| !level || heading.along.y.abs() < SIDEWAYS))
     }
 
     /// How far all of `moving` must go to leave `other`, m; none if that is farther than `within` or allowed.
@@ -285,11 +311,17 @@ impl<'a> Exact<'a> {
     /// True if nothing that moves touches anything else after the move.
     fn is_free(&self, step: &Move) -> bool {
         let moving = &self.moving[step.mover];
-        moving.iter().all(|&part| {
+        let clear = |part: usize| {
             let above_ground = self.surfaces[part].low.y + self.shifts[part].y + step.shift.y >= 0.0;
             let mut others = (0..self.surfaces.len()).filter(|other| !moving.contains(other));
             above_ground && others.all(|other| self.leaves(part, other, step.shift, TOUCHING))
-        })
+        };
+        self.stays_in_room(step) && moving.iter().all(|&part| clear(part))
+    }
+
+    /// True if nothing that moves goes through a wall or off the surface that it hangs on.
+    fn stays_in_room(&self, step: &Move) -> bool {
+        self.moving[step.mover].iter().all(|&part| self.walls.allow(part, self.shifts[part], step.shift))
     }
 
     fn apply(&mut self, step: Move) {

@@ -38,6 +38,11 @@ impl Surface {
         Self { tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), triangles, low, high }
     }
 
+    /// The least coordinate along a direction, m; +∞ without triangles.
+    pub fn lowest_along(&self, direction: DVec3) -> f64 {
+        self.triangles.iter().flatten().map(|p| p.dot(direction)).fold(f64::INFINITY, f64::min)
+    }
+
     /// The shifts of this surface along the third axis of `frame`, within `range`, at which it meets `other`, each
     /// widened by `margin`, m. `apart`: how this surface has been moved relative to `other` since. None if the budget does
     /// not suffice.
