@@ -8,7 +8,7 @@ use rest3d_gpu::optimize::{
     Checkpoint, Config, Event, ObjectOutcome, Observer, OptimizeError, Outcome, ResultFrom, run, run_on,
 };
 use rest3d_gpu::scene::{self, Parent, Root, Scene};
-use rest3d_gpu::shape::{MassProperties, Mesh, Part, Shape};
+use rest3d_gpu::shape::{Alternative, MassProperties, Mesh, Part, Shape};
 use rest3d_gpu::world::{
     Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, OnStep, Pose, STATIC, Search,
     SearchSettings, SimSettings, Status, Stream, Velocity, World,
@@ -117,7 +117,8 @@ impl Observer for Watch {
                 }
             }
             Event::GroupDone { checkpoint, .. } => self.checkpoints.push(checkpoint.to_json()),
-            Event::Seating | Event::Placing | Event::Settling | Event::Parting | Event::Verifying => {}
+            Event::Seating | Event::Placing | Event::Settling => {}
+            Event::Reconsidering { .. } | Event::Parting | Event::Verifying => {}
         }
         Flow::Continue
     }
@@ -138,11 +139,14 @@ impl Boxes {
             |i: usize| half * Vec3::new((i & 1) as f32 - 0.5, (i >> 1 & 1) as f32 - 0.5, (i >> 2) as f32 - 0.5) * 2.0;
         // The mesh frame is off the centre of mass and off its axes, as real meshes are.
         let (center, axes) = (Vec3::new(0.3, 0.7, -0.2), Quat::from_rotation_y(0.4));
+        let parts = vec![Part { vertices: (0..8).map(|i| axes * corner(i) + center).collect() }];
+        let mass = MassProperties { mass: 2.0, center, axes, inertia: Vec3::splat(0.02) };
         self.shapes.push(Shape {
             // Nothing to part: what the exact step does is tested by itself.
             surface: Mesh::default(),
-            parts: vec![Part { vertices: (0..8).map(|i| axes * corner(i) + center).collect() }],
-            mass: MassProperties { mass: 2.0, center, axes, inertia: Vec3::splat(0.02) },
+            alternative: Alternative { parts: parts.clone(), mass: mass.clone() },
+            parts,
+            mass,
             bounds: [Vec3::ZERO; 2],
             quality: Default::default(),
             notes: Vec::new(),

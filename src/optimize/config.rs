@@ -22,6 +22,8 @@ pub struct Config {
     pub room: bool,
     /// True: meshes that touch in the result are parted. False: they are only reported.
     pub exact: bool,
+    /// True: what does not stand with another decomposition of the meshes is searched once more.
+    pub second_opinion: bool,
     /// What a candidate costs.
     pub energy: EnergyWeights,
     /// The search of a local group.

@@ -7,7 +7,7 @@
 
 use super::rig::Rig;
 use crate::scene::{self, Parent, Scene};
-use crate::world::{BodyDef, STATIC, World};
+use crate::world::{BodyDef, Pose, STATIC, World};
 
 /// Objects that are simulated together.
 #[derive(Clone, Debug)]
@@ -51,6 +51,15 @@ impl Group {
     /// Bodies that move, as (body, object).
     pub fn moving(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         (0..self.objects.len()).filter(|&body| self.units[body] != STATIC).map(|body| (body, self.objects[body]))
+    }
+
+    /// Takes over the poses of the bodies that moved; everything else keeps its pose to the bit.
+    pub fn adopt(&self, rigs: &[Rig], starts: &[Pose], ends: &[Pose], layout: &mut [scene::Pose]) {
+        for (body, object) in self.moving() {
+            if starts[body] != ends[body] {
+                layout[object] = rigs[object].object(&ends[body]);
+            }
+        }
     }
 
     /// How far the group is raised for its simulation, m: a held object that reaches below the ground would have its

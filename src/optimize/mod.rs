@@ -1,5 +1,5 @@
-//! From a broken layout to one that stands: objects set onto their supports, walls and ceiling, local groups, then the whole scene, then settling, the parting of meshes
-//! that touch, and a check.
+//! From a broken layout to one that stands: objects set onto their supports, walls and ceiling, local groups, then the
+//! whole scene, then settling, a second opinion, the parting of meshes that touch, and a check.
 //!
 //! The optimizer sees the world through the `Backend` trait and does not know which processor runs it.
 
@@ -7,7 +7,9 @@ mod cem;
 mod checkpoint;
 mod config;
 mod exact;
+mod finish;
 mod groups;
+mod opinion;
 mod outcome;
 mod replay;
 mod retry;

@@ -39,6 +39,11 @@ pub enum Event<'a> {
     },
     /// The winner settles to rest.
     Settling,
+    /// What does not stand with other parts is searched once more.
+    Reconsidering {
+        /// How many objects that are.
+        failing: usize,
+    },
     /// Meshes that touch are parted.
     Parting,
     /// The result is checked.
@@ -107,6 +112,8 @@ pub struct ObjectOutcome {
     pub peak_spin: f64,
     /// Drift and turn within the limits of `VerifySettings`.
     pub stable: bool,
+    /// False if it leaves those limits with the other decomposition of the meshes (`shape::Alternative`).
+    pub stable_otherwise: bool,
 }
 
 /// Wall time by stage, s.

@@ -1,7 +1,7 @@
 //! From an object to a body and back: the only place where the document's f64 poses and the simulator's f32 meet.
 
 use crate::scene;
-use crate::shape::Shape;
+use crate::shape::{MassProperties, Part, Shape};
 use crate::world::{BodyDef, Pose};
 use glam::{DQuat, DVec3, Vec3};
 
@@ -20,12 +20,20 @@ pub struct Rig {
 impl Rig {
     /// The body of a shape.
     pub fn new(shape: &Shape) -> Self {
-        let mass = &shape.mass;
+        Self::of_parts(&shape.parts, &shape.mass)
+    }
+
+    /// The same object as its other decomposition has it.
+    pub(super) fn alternative(shape: &Shape) -> Self {
+        Self::of_parts(&shape.alternative.parts, &shape.alternative.mass)
+    }
+
+    fn of_parts(parts: &[Part], mass: &MassProperties) -> Self {
         let to_body = |v: &Vec3| mass.axes.conjugate() * (*v - mass.center);
         Self {
             center: mass.center.as_dvec3(),
             axes: mass.axes.as_dquat().normalize(),
-            parts: shape.parts.iter().map(|part| part.vertices.iter().map(to_body).collect()).collect(),
+            parts: parts.iter().map(|part| part.vertices.iter().map(to_body).collect()).collect(),
             mass: mass.mass,
             inertia: mass.inertia,
         }

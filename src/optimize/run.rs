@@ -1,28 +1,17 @@
-//! The whole run: groups in order, then settling, then the check, then what became of every object.
+//! The whole run: what is planned, and the search of one group after the other. How it ends is `finish`.
 
 use super::{
-    Checkpoint, Clearances, Config, Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, OptimizeError,
-    Outcome, Timings, cem,
+    Checkpoint, Config, Event, GroupRecord, IterationRecord, Observer, OptimizeError, Outcome, cem,
     config::ResultFrom,
-    exact,
     groups::{self, Group},
     rig::Rig,
     room::{Form, Placement, Placer, Room, stands},
     seat::Seat,
-    settle::settle,
-    support,
-    verify::{Motion, Verified, verify},
 };
 use crate::scene::{self, Scene};
 use crate::shape::Shape;
-use crate::world::{
-    Backend, BackendError, Best, BodyDef, Flow, MemoryPlan, Pose, SearchSettings, Stream, World, angle_between,
-};
-use std::f64::consts::FRAC_PI_6;
+use crate::world::{Backend, BackendError, Best, BodyDef, Flow, MemoryPlan, Pose, SearchSettings, Stream};
 use std::time::Instant;
-
-/// An object turned by more than this from its input has fallen, rad.
-const FALLEN: f64 = FRAC_PI_6;
 
 /// Finds a layout near the scene's in which everything stands. `shapes` are the objects' shapes, in the scene's order.
 ///
@@ -56,21 +45,21 @@ pub fn run(
 
 /// What stays the same over all groups.
 pub(super) struct Run<'a> {
-    scene: &'a Scene,
-    shapes: &'a [Shape],
+    pub scene: &'a Scene,
+    pub shapes: &'a [Shape],
     pub rigs: Vec<Rig>,
-    input: Vec<scene::Pose>,
+    pub input: Vec<scene::Pose>,
     /// What the layout term compares with: the input at the heights of its supports, on its walls and ceiling.
     pub seated: Vec<scene::Pose>,
-    seat_seconds: f64,
-    room: Room,
-    forms: Vec<Form>,
-    placements: Vec<Option<Placement>>,
+    pub seat_seconds: f64,
+    pub room: Room,
+    pub forms: Vec<Form>,
+    pub placements: Vec<Option<Placement>>,
     /// Walls that bear, in every group's world.
     pub walls: Vec<BodyDef>,
     pub groups: Vec<Group>,
     pub backend: &'a dyn Backend,
-    config: &'a Config,
+    pub config: &'a Config,
     pub seed: u64,
 }
 
@@ -207,7 +196,7 @@ impl<'a> Run<'a> {
             Some(best) => {
                 let ends: Vec<Pose> = self.result(group, best).iter().map(|pose| pose.raised(-lift)).collect();
                 let starts: Vec<Pose> = world.start.iter().map(|pose| pose.raised(-lift)).collect();
-                self.adopt(group, &starts, &ends, &mut layout);
+                group.adopt(&self.rigs, &starts, &ends, &mut layout);
                 state.set_layout(&layout);
             }
             None => state.notes.push(format!(
@@ -240,170 +229,9 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Takes over the poses of the bodies that moved; everything else keeps its pose to the bit.
-    fn adopt(&self, group: &Group, starts: &[Pose], ends: &[Pose], layout: &mut [scene::Pose]) {
-        for (body, object) in group.moving() {
-            if starts[body] != ends[body] {
-                layout[object] = self.rigs[object].object(&ends[body]);
-            }
-        }
-    }
-
-    fn starts(&self, group: &Group, layout: &[scene::Pose]) -> Vec<Pose> {
-        let objects = group.objects.iter().map(|&object| self.rigs[object].body(&layout[object]));
+    /// Poses of a group's bodies for a layout, the walls' last.
+    pub fn starts(&self, rigs: &[Rig], group: &Group, layout: &[scene::Pose]) -> Vec<Pose> {
+        let objects = group.objects.iter().map(|&object| rigs[object].body(&layout[object]));
         objects.chain(self.walls.iter().map(|wall| wall.start)).collect()
     }
-
-    /// Settles and checks the layout that the search left. Both also run after an early stop: they are short, and an
-    /// unfinished layout needs them most.
-    fn finish(
-        &self,
-        mut state: Checkpoint,
-        finished: bool,
-        observer: &mut dyn Observer,
-    ) -> Result<Outcome, OptimizeError> {
-        let mut layout = state.layout();
-        let mut timings = Timings { seat: self.seat_seconds, ..timings(&self.groups, &state.groups) };
-        let (mut settled_after, mut at_rest) = (0.0, true);
-        let mut verified = None;
-        let mut overlaps = vec![0.0; layout.len()];
-        let clearances;
-        if let Some(global) = self.groups.last() {
-            let world = global.world(&self.rigs, &self.walls, &layout, &self.seated);
-            let clock = Instant::now();
-            observer.event(Event::Settling);
-            let starts = self.starts(global, &layout);
-            (settled_after, at_rest) = self.settle(global, &world, &starts, &mut layout, &mut state.notes)?;
-            timings.settle = clock.elapsed().as_secs_f64();
-
-            let clock = Instant::now();
-            observer.event(Event::Parting);
-            clearances = self.part(&mut layout);
-            timings.exact = clock.elapsed().as_secs_f64();
-
-            let clock = Instant::now();
-            observer.event(Event::Verifying);
-            let (simulation, starts) = (self.config.fine(), self.starts(global, &layout));
-            verified = verify(self.backend, &world, &simulation, &self.config.verify, &starts)?;
-            timings.verify = clock.elapsed().as_secs_f64();
-            let depths = self.backend.overlaps(&world, &simulation, &starts)?;
-            for (pair, &depth) in world.pairs.iter().zip(&depths) {
-                // A wall is no object.
-                for &object in pair.iter().filter_map(|&body| global.objects.get(body as usize)) {
-                    overlaps[object] = depth.max(overlaps[object]);
-                }
-            }
-            if verified.is_none() {
-                state.notes.push("the check could not be simulated: nothing is known to be stable".into());
-            }
-        } else {
-            clearances = self.part(&mut layout);
-            state.notes.push("nothing in the scene is movable: no search, no simulation".into());
-        }
-        if !clearances.complete {
-            state.notes.push("the meshes are too large to be looked at whole: some may still overlap".into());
-        }
-        let mut placements = self.placements.clone();
-        let placer = Placer { scene: self.scene, room: &self.room, forms: &self.forms, rigs: &self.rigs };
-        state.notes.extend(placer.measure(&layout, &mut placements));
-        Ok(Outcome {
-            room: self.room.clone(),
-            placements,
-            objects: self.assess(&layout, verified.as_ref(), &overlaps),
-            groups: state.groups,
-            iterations: state.iterations,
-            finished,
-            timings,
-            settled_after,
-            at_rest,
-            clearances,
-            notes: state.notes,
-        })
-    }
-
-    fn part(&self, layout: &mut [scene::Pose]) -> Clearances {
-        match self.config.exact {
-            true => exact::part_meshes(self.scene, self.shapes, &self.room, layout),
-            false => exact::look(self.scene, self.shapes, &self.room, layout),
-        }
-    }
-
-    fn settle(
-        &self,
-        global: &Group,
-        world: &World,
-        starts: &[Pose],
-        layout: &mut [scene::Pose],
-        notes: &mut Vec<String>,
-    ) -> Result<(f64, bool), BackendError> {
-        let settings = &self.config.settle;
-        if settings.max_seconds == 0.0 {
-            return Ok((0.0, false));
-        }
-        match settle(self.backend, world, &self.config.fine(), settings, starts)? {
-            Some(settled) => {
-                if !settled.at_rest {
-                    notes.push(format!("something still moved after {} s of settling", settings.max_seconds));
-                }
-                self.adopt(global, starts, &settled.poses, layout);
-                Ok((settled.seconds, settled.at_rest))
-            }
-            None => {
-                notes.push("settling could not be simulated: the search's layout is kept as it is".into());
-                Ok((0.0, false))
-            }
-        }
-    }
-
-    /// What became of every object. `overlaps`: deepest overlap with another, m.
-    fn assess(&self, layout: &[scene::Pose], verified: Option<&Verified>, overlaps: &[f32]) -> Vec<ObjectOutcome> {
-        let mut bodies: Vec<Pose> = self.rigs.iter().zip(layout).map(|(rig, pose)| rig.body(pose)).collect();
-        let mut motions = vec![None; layout.len()];
-        if let (Some(verified), Some(global)) = (verified, self.groups.last()) {
-            for (body, object) in global.moving() {
-                bodies[object] = verified.poses[body];
-                motions[object] = Some(verified.motions[body]);
-            }
-        }
-        let lost = support::lost(self.scene, &self.rigs, &bodies);
-        (0..layout.len())
-            .map(|i| {
-                let (rig, pose, input) = (&self.rigs[i], &layout[i], &self.input[i]);
-                let simulated = !self.scene.is_static(i);
-                let turned = angle(pose, input);
-                let turned_at_end = f64::from(angle_between(bodies[i].rotation, rig.body(input).rotation));
-                let limits = &self.config.verify;
-                let Motion { drift, turn, peak_speed, peak_spin } = motions[i].unwrap_or_default();
-                let still = drift <= limits.max_drift.into() && turn <= limits.max_turn.into();
-                ObjectOutcome {
-                    pose: *pose,
-                    simulated,
-                    moved: rig.center_of(pose).distance(rig.center_of(input)),
-                    turned,
-                    fallen: turned.max(turned_at_end) > FALLEN,
-                    lost_support: lost[i],
-                    overlap: overlaps[i].into(),
-                    drift,
-                    drift_turn: turn,
-                    peak_speed,
-                    peak_spin,
-                    stable: !simulated || (motions[i].is_some() && still),
-                }
-            })
-            .collect()
-    }
-}
-
-/// Angle between two poses, rad; accurate for small ones.
-fn angle(a: &scene::Pose, b: &scene::Pose) -> f64 {
-    let d = a.rotation.conjugate() * b.rotation;
-    2.0 * d.xyz().length().atan2(d.w.abs())
-}
-
-fn timings(groups: &[Group], records: &[GroupRecord]) -> Timings {
-    let sum = |local: bool| {
-        let of_kind = groups.iter().zip(records).filter(|(group, _)| group.held.is_some() == local);
-        of_kind.map(|(_, record)| record.seconds).sum()
-    };
-    Timings { local: sum(true), global: sum(false), ..Timings::default() }
 }

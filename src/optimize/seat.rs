@@ -203,7 +203,7 @@ impl Seat<'_> {
         let world = World::new(&defs, &[0]);
         let settings = SettleSettings { max_seconds: REST_SECONDS, ..self.settings.clone() };
         let settled = settle(self.backend, &world, self.simulation, &settings, &world.start)?;
-        Ok(settled.map(|settled| {
+        Ok(settled.usable[0].then(|| {
             let end = settled.poses[0];
             Rest {
                 pose: rig.object(&end),

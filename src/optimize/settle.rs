@@ -4,15 +4,17 @@
 //! millimetre in the air, and every other engine would turn that into motion.
 
 use super::config::SettleSettings;
-use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, Velocity, World};
+use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, Status, Velocity, World};
 
 /// How long everything must be slow before it counts as at rest, s.
 const REST_SECONDS: f32 = 0.5;
 
-/// Where the bodies came to rest.
+/// Where the bodies of one or several candidates came to rest.
 #[derive(Clone, Debug)]
 pub(super) struct Settled {
-    /// Pose of every body.
+    /// Which candidates could be simulated.
+    pub usable: Vec<bool>,
+    /// Pose of every body, candidate-major.
     pub poses: Vec<Pose>,
     /// Simulated time, s.
     pub seconds: f64,
@@ -20,14 +22,14 @@ pub(super) struct Settled {
     pub at_rest: bool,
 }
 
-/// Simulates from `starts` to rest; none if the simulation failed.
+/// Simulates from `starts`, candidate-major, until all are at rest.
 pub(super) fn settle(
     backend: &dyn Backend,
     world: &World,
     simulation: &SimSettings,
     settings: &SettleSettings,
     starts: &[Pose],
-) -> Result<Option<Settled>, BackendError> {
+) -> Result<Settled, BackendError> {
     let damped = SimSettings {
         steps: steps(settings.max_seconds, simulation.dt),
         linear_damping: settings.damping,
@@ -45,9 +47,16 @@ pub(super) fn settle(
         quiet = if velocities.iter().all(slow) { quiet + 1 } else { 0 };
         if quiet >= quiet_steps { Flow::Stop } else { Flow::Continue }
     })?;
-    let usable = status.iter().all(|s| s.is_usable()) && poses.iter().all(Pose::is_finite);
+    let usable = usable(&status, &poses);
     let seconds = f64::from(taken) * f64::from(damped.dt);
-    Ok(usable.then_some(Settled { poses, seconds, at_rest: quiet >= quiet_steps }))
+    Ok(Settled { usable, poses, seconds, at_rest: quiet >= quiet_steps })
+}
+
+/// Which candidates have results that mean something.
+pub(super) fn usable(statuses: &[Status], poses: &[Pose]) -> Vec<bool> {
+    let bodies = (poses.len() / statuses.len().max(1)).max(1);
+    let finite = poses.chunks_exact(bodies).map(|poses| poses.iter().all(Pose::is_finite));
+    statuses.iter().zip(finite).map(|(status, finite)| status.is_usable() && finite).collect()
 }
 
 /// Steps that so many seconds take.

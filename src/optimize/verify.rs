@@ -1,6 +1,7 @@
 //! The check of the result: one more simulation with the settings of a candidate, and what moved in it.
 
-use super::{config::VerifySettings, settle::steps};
+use super::config::VerifySettings;
+use super::settle::{steps, usable};
 use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, World, angle_between};
 
 /// What one body did during the check.
@@ -16,23 +17,32 @@ pub(super) struct Motion {
     pub peak_spin: f64,
 }
 
-/// Result of the check.
+impl Motion {
+    /// True if the body counts as stable.
+    pub fn is_still(&self, limits: &VerifySettings) -> bool {
+        self.drift <= limits.max_drift.into() && self.turn <= limits.max_turn.into()
+    }
+}
+
+/// Result of the check of one or several candidates.
 #[derive(Clone, Debug)]
 pub(super) struct Verified {
-    /// One entry a body.
+    /// Which candidates could be simulated.
+    pub usable: Vec<bool>,
+    /// One entry a body, candidate-major.
     pub motions: Vec<Motion>,
     /// Pose of every body at the end.
     pub poses: Vec<Pose>,
 }
 
-/// Simulates from `starts`; none if the simulation failed.
+/// Simulates from `starts`, candidate-major.
 pub(super) fn verify(
     backend: &dyn Backend,
     world: &World,
     simulation: &SimSettings,
     settings: &VerifySettings,
     starts: &[Pose],
-) -> Result<Option<Verified>, BackendError> {
+) -> Result<Verified, BackendError> {
     let simulation = SimSettings { steps: steps(settings.seconds, simulation.dt), ..simulation.clone() };
     let mut motions = vec![Motion::default(); starts.len()];
     let mut poses = starts.to_vec();
@@ -48,6 +58,5 @@ pub(super) fn verify(
         motion.drift = end.translation.distance(start.translation).into();
         motion.turn = angle_between(end.rotation, start.rotation).into();
     }
-    let usable = status.iter().all(|s| s.is_usable()) && poses.iter().all(Pose::is_finite);
-    Ok(usable.then_some(Verified { motions, poses }))
+    Ok(Verified { usable: usable(&status, &poses), motions, poses })
 }

@@ -62,6 +62,7 @@ pub(super) struct Object<'a> {
     pub(super) moved: f64,
     pub(super) turned: f64,
     pub(super) stable: bool,
+    stable_otherwise: bool,
     pub(super) fallen: bool,
     pub(super) lost_support: bool,
     /// What put it onto its wall or ceiling, or inside the walls.
@@ -254,6 +255,7 @@ fn object<'a>(name: &'a str, shape: &'a Shape, config: &Config, outcome: &Object
         moved: outcome.moved,
         turned: outcome.turned,
         stable: outcome.stable,
+        stable_otherwise: outcome.stable_otherwise,
         fallen: outcome.fallen,
         lost_support: outcome.lost_support,
         placement: None,

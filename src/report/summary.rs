@@ -24,6 +24,8 @@ pub struct Summary {
     pub max_drift: f64,
     /// Names of the objects that did not stay during the check.
     pub unstable: Vec<String>,
+    /// Names of the objects that did not stay with other convex parts of the same meshes.
+    pub unstable_otherwise: Vec<String>,
     /// Names of the objects that turned by more than 30° from the input.
     pub fallen: Vec<String>,
     /// Names of the objects that their parent no longer bears.
@@ -66,6 +68,7 @@ impl Summary {
             mean_drift,
             max_drift,
             unstable: names(|object| object.simulated && !object.stable),
+            unstable_otherwise: names(|object| object.simulated && !object.stable_otherwise),
             fallen: names(|object| object.fallen),
             support_violations: lost_support.len(),
             lost_support,
@@ -100,6 +103,7 @@ impl Display for Summary {
         writeln!(f, "moved from input    {}", millimetres(self.mean_moved, self.max_moved))?;
         writeln!(f, "drift in the check  {}", millimetres(self.mean_drift, self.max_drift))?;
         writeln!(f, "unstable            {}", list(&self.unstable))?;
+        writeln!(f, "with other parts    {}", list(&self.unstable_otherwise))?;
         writeln!(f, "fallen over         {}", list(&self.fallen))?;
         writeln!(f, "lost support        {}", list(&self.lost_support))?;
         let overlapping: Vec<String> = self.mesh_overlaps.iter().map(|[a, b]| format!("{a} and {b}")).collect();

@@ -53,9 +53,13 @@ impl Fitted {
     }
 }
 
-/// The hulls with at most so many vertices as a part may have, each covering what it stands for, those that would grow
-/// most divided while there are fewer than `budget`.
+/// The hulls with at most so many vertices as a part may have. If they are to cover what they stand for, those that would
+/// grow most are divided while there are fewer than `budget`.
 pub(super) fn fit(hulls: Vec<Hull>, levels: &Levels, budget: usize, settings: &ShapeSettings) -> Vec<Hull> {
+    if !settings.covering {
+        let most = settings.max_vertices;
+        return hulls.iter().map(|hull| reduce(hull, levels, most, most)).collect();
+    }
     let mut fitted: Vec<Fitted> = hulls.into_iter().map(|hull| Fitted::new(hull, levels, settings)).collect();
     let mut whole = vec![true; fitted.len()];
     while fitted.len() < budget {

@@ -49,7 +49,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 15";
+const ALGORITHM: &str = "shape 16";
+/// Parts of an `Alternative`.
+const ALTERNATIVE_PARTS: usize = 16;
 /// Vertices farther from the mesh's origin than this lose millimetres to rounding, m.
 const MAX_REACH: f32 = 1000.0;
 /// Parts that leave more of the mesh than this share of its size uncovered are worth a note.
@@ -64,6 +66,16 @@ pub struct Part {
     pub vertices: Vec<Vec3>,
 }
 
+/// Another decomposition of the same mesh, coarser and shrunk onto its vertices as most tools make them: what stands only on
+/// the facets of one set of parts does not stand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alternative {
+    /// Convex parts, largest first.
+    pub parts: Vec<Part>,
+    /// Mass, centre and inertia of their union at uniform density; the mass is the shape's.
+    pub mass: MassProperties,
+}
+
 /// What stands for a mesh in the simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
@@ -71,6 +83,8 @@ pub struct Shape {
     pub parts: Vec<Part>,
     /// Mass, centre and inertia of the union of the parts at uniform density.
     pub mass: MassProperties,
+    /// A second opinion.
+    pub alternative: Alternative,
     /// The scaled mesh, m.
     pub surface: Mesh,
     /// Lowest and highest corner of the scaled mesh, m.
@@ -122,6 +136,15 @@ pub struct ShapeSettings {
     pub max_parts: usize,
     /// Parts beyond the category's budget that may be used to keep a compartment open (0: the paper's hard budget).
     pub extra_parts: usize,
+    /// True: parts grow until they cover the mesh. False: their vertices lie on it.
+    pub covering: bool,
+}
+
+impl ShapeSettings {
+    /// The settings of an `Alternative`.
+    fn alternative(&self) -> Self {
+        Self { oversplit: 2.0, extra_parts: 0, covering: false, ..self.clone() }
+    }
 }
 
 impl Default for ShapeSettings {
@@ -136,6 +159,7 @@ impl Default for ShapeSettings {
             max_vertices: 64,
             max_parts: 32,
             extra_parts: 4,
+            covering: true,
         }
     }
 }
@@ -206,13 +230,37 @@ pub enum ShapeError {
 /// What the cache holds of a shape: all but the mass, which depends on the category.
 #[derive(Clone, Serialize, Deserialize)]
 struct Entry {
+    own: Body,
+    alternative: Body,
+    quality: Quality,
+    notes: Vec<String>,
+}
+
+/// Parts, and how a mass of 1 kg is spread over them.
+#[derive(Clone, Serialize, Deserialize)]
+struct Body {
     parts: Vec<Vec<Vec3>>,
     volume: f32,
     center: Vec3,
     axes: Quat,
     inertia: Vec3,
-    quality: Quality,
-    notes: Vec<String>,
+}
+
+impl Body {
+    /// The body of these hulls, with all faces of its parts moved outwards a little if they are to be padded.
+    fn new(mut hulls: Vec<Hull>, pad: bool) -> Self {
+        let (volume, unit) = mass::of_union(&hulls);
+        if pad {
+            hulls = hulls.into_iter().map(padding::padded).collect();
+        }
+        let parts = hulls.into_iter().map(|hull| hull.vertices).collect();
+        Self { parts, volume, center: unit.center, axes: unit.axes, inertia: unit.inertia }
+    }
+
+    fn of_mass(self, mass: f32) -> (Vec<Part>, MassProperties) {
+        let parts = self.parts.into_iter().map(|vertices| Part { vertices }).collect();
+        (parts, MassProperties { mass, center: self.center, axes: self.axes, inertia: self.inertia * mass })
+    }
 }
 
 /// Makes the shapes of all requests, in parallel and in order. `progress` is called with (done, total, name) after each,
@@ -267,14 +315,17 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
             entry
         }
     };
-    if entry.parts.is_empty() {
+    if entry.own.parts.is_empty() {
         let field = if given.is_empty() { "mesh" } else { "convex_parts" };
         return Err(ShapeError::Empty { object: request.name.clone(), field });
     }
-    let mass = request.mass.unwrap_or_else(|| typical_mass(&request.category, entry.volume));
+    let mass = request.mass.unwrap_or_else(|| typical_mass(&request.category, entry.own.volume));
+    let (parts, own) = entry.own.of_mass(mass);
+    let (other_parts, other) = entry.alternative.of_mass(mass);
     Ok(Shape {
-        parts: entry.parts.into_iter().map(|vertices| Part { vertices }).collect(),
-        mass: MassProperties { mass, center: entry.center, axes: entry.axes, inertia: entry.inertia * mass },
+        parts,
+        mass: own,
+        alternative: Alternative { parts: other_parts, mass: other },
         surface: mesh,
         bounds: [low, high],
         quality: entry.quality,
@@ -336,7 +387,7 @@ fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, settings: &Shap
             .filter_map(|(i, points)| ready_made(i, points, &levels, settings, &mut notes))
             .collect()
     };
-    hulls.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
+    largest_first(&mut hulls);
     let axes = hull::principal_directions(triangles.as_flattened());
     let extent = |axis: Vec3| {
         let along = Levels::new(triangles.iter().flatten().copied(), axis);
@@ -345,24 +396,19 @@ fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, settings: &Shap
     if axes.into_iter().any(|a| extent(a) < hull::MIN_THICKNESS) {
         notes.push(format!("flat: thickened to {:.1} mm", 1e3 * hull::MIN_THICKNESS));
     }
-    let (volume, unit) = mass::of_union(&hulls);
     let quality = measure::measure(&hulls, &triangles, &solid, &levels);
     let (low, high) = hull::bounds(triangles.as_flattened());
     if 1e-3 * quality.uncovered_max_mm > UNCOVERED * (high - low).max_element() {
         notes.push(format!("the parts leave up to {:.0} mm of the mesh uncovered", quality.uncovered_max_mm));
     }
-    if given.is_empty() {
-        hulls = hulls.into_iter().map(padding::padded).collect();
-    }
-    Entry {
-        quality,
-        parts: hulls.into_iter().map(|h| h.vertices).collect(),
-        volume,
-        center: unit.center,
-        axes: unit.axes,
-        inertia: unit.inertia,
-        notes,
-    }
+    let other = settings.alternative();
+    let mut others = decompose::decompose(&triangles, &solid, &levels, ALTERNATIVE_PARTS, &other, &mut Vec::new());
+    largest_first(&mut others);
+    Entry { quality, own: Body::new(hulls, given.is_empty()), alternative: Body::new(others, false), notes }
+}
+
+fn largest_first(hulls: &mut [Hull]) {
+    hulls.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
 }
 
 /// The hull of a ready-made part, with notes on what had to be changed.

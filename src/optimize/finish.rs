@@ -1,0 +1,195 @@
+//! The end of a run: the layout that the search left settles, gets a second opinion, is parted and checked.
+
+use super::{
+    Checkpoint, Clearances, Event, GroupRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings, exact,
+    groups::Group,
+    opinion::Opinions,
+    rig::Rig,
+    room::Placer,
+    run::Run,
+    settle::settle,
+    support,
+    verify::{Motion, Verified, verify},
+};
+use crate::scene;
+use crate::world::{BackendError, Pose, World, angle_between};
+use std::f64::consts::FRAC_PI_6;
+use std::time::Instant;
+
+/// An object turned by more than this from its input has fallen, rad.
+const FALLEN: f64 = FRAC_PI_6;
+
+impl Run<'_> {
+    /// Settles and checks the layout that the search left. Both also run after an early stop: they are short, and an
+    /// unfinished layout needs them most.
+    pub fn finish(
+        &self,
+        mut state: Checkpoint,
+        finished: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, OptimizeError> {
+        let mut layout = state.layout();
+        let mut timings = Timings { seat: self.seat_seconds, ..timings(&self.groups, &state.groups) };
+        let (mut settled_after, mut at_rest) = (0.0, true);
+        let mut verified = None;
+        let mut overlaps = vec![0.0; layout.len()];
+        let mut otherwise = vec![true; layout.len()];
+        let clearances;
+        if let Some(global) = self.groups.last() {
+            let world = global.world(&self.rigs, &self.walls, &layout, &self.seated);
+            let clock = Instant::now();
+            observer.event(Event::Settling);
+            let starts = self.starts(&self.rigs, global, &layout);
+            (settled_after, at_rest) = self.settle(global, &world, &starts, &mut layout, &mut state.notes)?;
+            let others: Vec<Rig> = self.shapes.iter().map(Rig::alternative).collect();
+            let opinions = Opinions::new(self, global, &others, &layout);
+            if finished && self.config.second_opinion {
+                opinions.improve(&mut layout, observer)?;
+            }
+            timings.settle = clock.elapsed().as_secs_f64();
+
+            let clock = Instant::now();
+            observer.event(Event::Parting);
+            clearances = self.part(&mut layout);
+            timings.exact = clock.elapsed().as_secs_f64();
+
+            let clock = Instant::now();
+            observer.event(Event::Verifying);
+            let (simulation, starts) = (self.config.fine(), self.starts(&self.rigs, global, &layout));
+            let checked = verify(self.backend, &world, &simulation, &self.config.verify, &starts)?;
+            verified = checked.usable[0].then_some(checked);
+            for ((_, object), motion) in global.moving().zip(opinions.second(&layout)?) {
+                otherwise[object] = motion.is_still(&self.config.verify);
+            }
+            timings.verify = clock.elapsed().as_secs_f64();
+            let depths = self.backend.overlaps(&world, &simulation, &starts)?;
+            for (pair, &depth) in world.pairs.iter().zip(&depths) {
+                // A wall is no object.
+                for &object in pair.iter().filter_map(|&body| global.objects.get(body as usize)) {
+                    overlaps[object] = depth.max(overlaps[object]);
+                }
+            }
+            if verified.is_none() {
+                state.notes.push("the check could not be simulated: nothing is known to be stable".into());
+            }
+        } else {
+            clearances = self.part(&mut layout);
+            state.notes.push("nothing in the scene is movable: no search, no simulation".into());
+        }
+        if !clearances.complete {
+            state.notes.push("the meshes are too large to be looked at whole: some may still overlap".into());
+        }
+        let mut placements = self.placements.clone();
+        let placer = Placer { scene: self.scene, room: &self.room, forms: &self.forms, rigs: &self.rigs };
+        state.notes.extend(placer.measure(&layout, &mut placements));
+        Ok(Outcome {
+            room: self.room.clone(),
+            placements,
+            objects: self.assess(&layout, verified.as_ref(), &otherwise, &overlaps),
+            groups: state.groups,
+            iterations: state.iterations,
+            finished,
+            timings,
+            settled_after,
+            at_rest,
+            clearances,
+            notes: state.notes,
+        })
+    }
+
+    fn part(&self, layout: &mut [scene::Pose]) -> Clearances {
+        match self.config.exact {
+            true => exact::part_meshes(self.scene, self.shapes, &self.room, layout),
+            false => exact::look(self.scene, self.shapes, &self.room, layout),
+        }
+    }
+
+    fn settle(
+        &self,
+        global: &Group,
+        world: &World,
+        starts: &[Pose],
+        layout: &mut [scene::Pose],
+        notes: &mut Vec<String>,
+    ) -> Result<(f64, bool), BackendError> {
+        let settings = &self.config.settle;
+        if settings.max_seconds == 0.0 {
+            return Ok((0.0, false));
+        }
+        let settled = settle(self.backend, world, &self.config.fine(), settings, starts)?;
+        if !settled.usable[0] {
+            notes.push("settling could not be simulated: the search's layout is kept as it is".into());
+            return Ok((0.0, false));
+        }
+        if !settled.at_rest {
+            notes.push(format!("something still moved after {} s of settling", settings.max_seconds));
+        }
+        global.adopt(&self.rigs, starts, &settled.poses, layout);
+        Ok((settled.seconds, settled.at_rest))
+    }
+
+    /// What became of every object. `otherwise`: whether it stays with its other parts; `overlaps`: deepest overlap with
+    /// another, m.
+    fn assess(
+        &self,
+        layout: &[scene::Pose],
+        verified: Option<&Verified>,
+        otherwise: &[bool],
+        overlaps: &[f32],
+    ) -> Vec<ObjectOutcome> {
+        let mut bodies: Vec<Pose> = self.rigs.iter().zip(layout).map(|(rig, pose)| rig.body(pose)).collect();
+        let mut motions = vec![None; layout.len()];
+        if let (Some(verified), Some(global)) = (verified, self.groups.last()) {
+            for (body, object) in global.moving() {
+                bodies[object] = verified.poses[body];
+                motions[object] = Some(verified.motions[body]);
+            }
+        }
+        let lost = support::lost(self.scene, &self.rigs, &bodies);
+        (0..layout.len())
+            .map(|i| {
+                let (rig, pose, input) = (&self.rigs[i], &layout[i], &self.input[i]);
+                let simulated = !self.scene.is_static(i);
+                let turned = angle(pose, input);
+                let turned_at_end = f64::from(angle_between(bodies[i].rotation, rig.body(input).rotation));
+                let motion = motions[i].unwrap_or_default();
+                let Motion { drift, turn, peak_speed, peak_spin } = motion;
+                let still = motion.is_still(&self.config.verify);
+                ObjectOutcome {
+                    pose: *pose,
+                    simulated,
+                    moved: rig.center_of(pose).distance(rig.center_of(input)),
+                    turned,
+                    fallen: turned.max(turned_at_end) > FALLEN,
+                    lost_support: lost[i],
+                    overlap: overlaps[i].into(),
+                    drift,
+                    drift_turn: turn,
+                    peak_speed,
+                    peak_spin,
+                    stable: !simulated || (motions[i].is_some() && still),
+                    stable_otherwise: otherwise[i],
+                }
+            })
+            .collect()
+    }
+}
+
+/// True if an object has turned too far from its input to be said to stand as it did.
+pub(super) fn has_fallen(pose: &scene::Pose, input: &scene::Pose) -> bool {
+    angle(pose, input) > FALLEN
+}
+
+/// Angle between two poses, rad; accurate for small ones.
+fn angle(a: &scene::Pose, b: &scene::Pose) -> f64 {
+    let d = a.rotation.conjugate() * b.rotation;
+    2.0 * d.xyz().length().atan2(d.w.abs())
+}
+
+fn timings(groups: &[Group], records: &[GroupRecord]) -> Timings {
+    let sum = |local: bool| {
+        let of_kind = groups.iter().zip(records).filter(|(group, _)| group.held.is_some() == local);
+        of_kind.map(|(_, record)| record.seconds).sum()
+    };
+    Timings { local: sum(true), global: sum(false), ..Timings::default() }
+}
