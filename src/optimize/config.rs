@@ -20,6 +20,8 @@ pub struct Config {
     pub seat: bool,
     /// True: meshes that touch in the result are parted. False: they are only reported.
     pub exact: bool,
+    /// True: no local groups; every object is searched by itself, all in one search of the whole scene.
+    pub global_only: bool,
     /// What a candidate costs.
     pub energy: EnergyWeights,
     /// The search of a local group.

@@ -34,11 +34,11 @@ impl Group {
         self.units.push(unit);
     }
 
-    /// Adds a movable object and everything on it that moves along, as one unit.
-    fn add_unit(&mut self, scene: &Scene, root: usize) {
+    /// Adds movable objects that move as one, their root first.
+    fn add_unit(&mut self, objects: impl IntoIterator<Item = usize>) {
         let unit = self.roots.len() as u32;
         self.roots.push(self.objects.len() as u32);
-        for object in subtree(scene, root, |child| !scene.is_static(child)) {
+        for object in objects {
             self.add(object, unit);
         }
     }
@@ -70,15 +70,39 @@ impl Group {
     }
 }
 
-/// All groups in the order in which they are searched; none if nothing is movable.
-pub(super) fn plan(scene: &Scene) -> Vec<Group> {
+/// All groups in the order in which they are searched; none if nothing is movable. `global_only`: one group, in which
+/// every movable object is a unit by itself.
+pub(super) fn plan(scene: &Scene, global_only: bool) -> Vec<Group> {
+    let mut groups = if global_only { Vec::new() } else { local(scene) };
+    let mut global = Group::new("global", None);
+    for object in 0..scene.objects.len() {
+        let stands_still = match scene.objects[object].parent {
+            Parent::Root(_) => true,
+            Parent::Object(parent) => scene.is_static(parent),
+        };
+        if scene.is_static(object) {
+            global.add(object, STATIC);
+        } else if global_only {
+            global.add_unit([object]);
+        } else if stands_still {
+            global.add_unit(moving_along(scene, object));
+        }
+    }
+    if !global.roots.is_empty() {
+        groups.push(global);
+    }
+    groups
+}
+
+/// The local groups, from the leaves up.
+fn local(scene: &Scene) -> Vec<Group> {
     let movable = |&object: &usize| !scene.is_static(object);
     let mut groups = Vec::new();
     for held in scene.post_order() {
         let mut group = Group::new(&scene.objects[held].name, Some(held));
         group.add(held, STATIC);
         for child in scene.children(held).filter(movable) {
-            group.add_unit(scene, child);
+            group.add_unit(moving_along(scene, child));
         }
         if group.roots.is_empty() {
             continue;
@@ -90,22 +114,12 @@ pub(super) fn plan(scene: &Scene) -> Vec<Group> {
         }
         groups.push(group);
     }
-    let mut global = Group::new("global", None);
-    for object in 0..scene.objects.len() {
-        let stands_still = match scene.objects[object].parent {
-            Parent::Root(_) => true,
-            Parent::Object(parent) => scene.is_static(parent),
-        };
-        if scene.is_static(object) {
-            global.add(object, STATIC);
-        } else if stands_still {
-            global.add_unit(scene, object);
-        }
-    }
-    if !global.roots.is_empty() {
-        groups.push(global);
-    }
     groups
+}
+
+/// A movable object and everything on it that moves along, itself first.
+pub(super) fn moving_along(scene: &Scene, root: usize) -> Vec<usize> {
+    subtree(scene, root, |child| !scene.is_static(child))
 }
 
 /// An object and its descendants, parents first, without those that `enter` refuses and theirs.

@@ -19,7 +19,7 @@ mod support;
 mod verify;
 mod whole;
 
-pub use checkpoint::Checkpoint;
+pub use checkpoint::{Checkpoint, identity};
 pub use config::{Config, ResultFrom, SettleSettings, VerifySettings};
 pub use exact::{Clearances, MeshOverlap, part_meshes};
 pub use outcome::{Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, Outcome, Timings};

@@ -94,7 +94,7 @@ impl<'a> Run<'a> {
             input,
             seated,
             seat_seconds,
-            groups: groups::plan(scene),
+            groups: groups::plan(scene, config.global_only),
             backend,
             config,
             seed,
