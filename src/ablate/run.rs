@@ -3,7 +3,7 @@
 use super::subject::{Stage, Subject};
 use super::tables::Variant;
 use crate::metrics::{self, STEPS};
-use crate::optimize::{self, Config, Observer, OptimizeError, Rig};
+use crate::optimize::{self, Baseline, Config, Observer, OptimizeError, Rig, Scope, project_and_settle};
 use crate::scene::Scene;
 use crate::shape::Mesh;
 use crate::world::{Backend, BackendError};
@@ -73,6 +73,7 @@ pub fn identity(subject: &Subject, variant: Variant, config: &Config, seed: u64)
             (stage, Config::default(), format!("standing {tree}"))
         }
         Variant::Searched(change) => (&subject.canonical, change.apply(config), format!("searched {seed}")),
+        Variant::Projected(scope) => (&subject.canonical, config.clone(), format!("projected {scope:?}")),
     };
     hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
     hasher.update(what.as_bytes());
@@ -115,6 +116,7 @@ pub fn run(
             };
             (result, &subject.canonical)
         }
+        Variant::Projected(scope) => (projected(&subject.canonical, config, scope, backend)?, &subject.canonical),
     };
     let seconds = clock.elapsed().as_secs_f64();
     let ended = match result {
@@ -145,6 +147,27 @@ fn searched(
         return Ok(Some(Err(format!("no candidate of group {} could be simulated", group.name))));
     }
     Ok(Some(Ok(scene.with_poses(outcome.objects.iter().map(|object| object.pose)))))
+}
+
+/// The scene as projection and simulation leave it, or why they leave none.
+fn projected(
+    stage: &Stage,
+    config: &Config,
+    scope: Scope,
+    backend: &dyn Backend,
+) -> Result<Result<Scene, String>, OptimizeError> {
+    let baseline = match project_and_settle(&stage.scene, &stage.shapes, backend, config, scope) {
+        Ok(baseline) => baseline,
+        Err(OptimizeError::Backend(BackendError::Capacity(problem))) => return Ok(Err(problem)),
+        Err(error) => return Err(error),
+    };
+    Ok(match baseline {
+        Baseline { projection, .. } if !projection.converged => {
+            Err(format!("the projection did not converge in {} rounds", projection.rounds))
+        }
+        Baseline { layout: Some(layout), .. } => Ok(stage.scene.with_poses(layout)),
+        Baseline { layout: None, .. } => Err("the projected layout could not be simulated".into()),
+    })
 }
 
 fn measure(subject: &Subject, stage: &Stage, scene: &Scene, backend: &dyn Backend) -> Result<Ended, BackendError> {

@@ -9,13 +9,11 @@
 //! set onto it, when at last it falls level. What falls over alone is tried once more upright.
 
 use super::config::SettleSettings;
-use super::{groups::subtree, rig::Rig, settle::settle};
+use super::{groups::subtree, rig::Rig, settle::settle, sweep::overlap_interval};
 use crate::scene::{self, Parent, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
 use crate::world::{Backend, BackendError, STATIC, SimSettings, World, angle_between};
 use glam::{DQuat, DVec3, Vec3};
-use parry3d::math::Pose as Isometry;
-use parry3d::query::{ShapeCastOptions, cast_shapes};
 use parry3d::shape::ConvexPolyhedron;
 use std::ops::Range;
 
@@ -197,7 +195,7 @@ fn support_shift(child: &Solid, bearer: &Solid) -> Option<f32> {
     let mut overlaps: Vec<[f32; 2]> = Vec::new();
     for a in &child.parts {
         for b in &bearer.parts {
-            overlaps.extend(overlap_interval(a, b));
+            overlaps.extend(overlap_interval(a, Vec3::ZERO, b, Vec3::Y));
         }
     }
     overlaps.sort_by(|p, q| p[0].total_cmp(&q[0]));
@@ -211,25 +209,6 @@ fn support_shift(child: &Solid, bearer: &Solid) -> Option<f32> {
     joined.into_iter().map(|[_, high]| high).min_by(|a, b| a.abs().total_cmp(&b.abs()))
 }
 
-/// The vertical shifts of `a` at which it overlaps `b`: one interval, found by dropping `a` from above and raising it
-/// from below.
-fn overlap_interval(a: &ConvexPolyhedron, b: &ConvexPolyhedron) -> Option<[f32; 2]> {
-    let bounds = |solid: &ConvexPolyhedron| {
-        solid.points().iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v.y), h.max(v.y)))
-    };
-    let ((low_a, high_a), (low_b, high_b)) = (bounds(a), bounds(b));
-    // Clear of each other by a centimetre above and below.
-    let (above, below) = (high_b - low_a + 0.01, low_b - high_a - 0.01);
-    let travel = above - below;
-    let cast = |from: f32, direction: f32| {
-        let start = Isometry::from_translation(Vec3::Y * from);
-        let options = ShapeCastOptions { max_time_of_impact: travel, ..Default::default() };
-        let hit = cast_shapes(&start, Vec3::Y * direction, a, &Isometry::IDENTITY, Vec3::ZERO, b, options);
-        hit.ok().flatten().map(|hit| hit.time_of_impact)
-    };
-    Some([below + cast(below, 1.0)?, above - cast(above, -1.0)?])
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -239,13 +218,6 @@ mod tests {
     fn cube(center: Vec3) -> ConvexPolyhedron {
         let corners = (0..8).map(|i| center + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5);
         ConvexPolyhedron::from_convex_hull(&corners.collect::<Vec<_>>()).unwrap()
-    }
-
-    #[test]
-    fn cubes_overlap_while_less_than_a_side_apart() {
-        let [low, high] = overlap_interval(&cube(Vec3::new(0.2, 3.0, 0.0)), &cube(Vec3::ZERO)).unwrap();
-        assert!((low + 4.0).abs() < 1e-3 && (high + 2.0).abs() < 1e-3, "{low} … {high}");
-        assert!(overlap_interval(&cube(Vec3::new(2.0, 3.0, 0.0)), &cube(Vec3::ZERO)).is_none());
     }
 
     #[test]
