@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .collect();
     let subjects = subjects?;
     let described = describe(args);
-    say(format_args!("configuration: {described}; the paper's own numbers take --config paper and much longer"));
+    say(format_args!("configuration: {described} (the paper's whole budget is --config paper, and takes hours)"));
 
     let tables: Vec<Table> = args.tables.iter().map(|&name| name.into()).collect();
     let bench = Bench { subjects: &subjects, config: &config, seed: args.seed, backend: backend.as_ref() };

@@ -53,6 +53,16 @@ impl Group {
         (0..self.objects.len()).filter(|&body| self.units[body] != STATIC).map(|body| (body, self.objects[body]))
     }
 
+    /// The objects of each unit in turn, then each object that is held, and whether they move.
+    pub fn members(&self) -> Vec<(Vec<usize>, bool)> {
+        let of = |unit: u32| {
+            let objects = self.objects.iter().zip(&self.units).filter(move |&(_, &own)| own == unit);
+            objects.map(|(&object, _)| object).collect::<Vec<usize>>()
+        };
+        let units = (0..self.roots.len() as u32).map(|unit| (of(unit), true));
+        units.chain(of(STATIC).into_iter().map(|object| (vec![object], false))).collect()
+    }
+
     /// How far the group is raised for its simulation, m: a held object that reaches below the ground would have its
     /// children squeezed between itself and the ground.
     pub fn lift(&self, rigs: &[Rig], layout: &[scene::Pose]) -> f32 {

@@ -6,6 +6,7 @@ use super::{
     config::ResultFrom,
     exact,
     groups::{self, Group},
+    projection,
     rig::Rig,
     seat::Seat,
     settle::settle,
@@ -101,6 +102,11 @@ impl<'a> Run<'a> {
         })
     }
 
+    /// The second mean that the group's search starts from, if it has one.
+    pub fn second_start(&self, group: &Group, layout: &[scene::Pose]) -> Option<Vec<f32>> {
+        if self.config.project { projection::start(self.scene, &self.rigs, layout, group) } else { None }
+    }
+
     pub fn settings(&self, group: &Group) -> SearchSettings {
         let cem = if group.held.is_some() { &self.config.local } else { &self.config.global };
         SearchSettings {
@@ -149,8 +155,9 @@ impl<'a> Run<'a> {
         let lift = group.lift(&self.rigs, &layout);
         let world = group.world(&self.rigs, &layout, &self.seated);
         let stream = Stream { seed: self.seed, stage: index as u32 };
+        let second = self.second_start(group, &layout);
         let iterations = settings.cem.iterations * settings.cem.episodes;
-        let searched = cem::search(self.backend, &world, &settings, stream, &mut |stats, _| {
+        let searched = cem::search(self.backend, &world, &settings, stream, second, &mut |stats, _| {
             state.iterations.push(IterationRecord { group: index, stats: stats.clone() });
             observer.event(Event::Iteration { group: index, iterations, stats })
         })?;

@@ -53,10 +53,11 @@ struct Column {
 /// The only column that is not a mean over results.
 const FAILURES: &str = "failure_rate_pct";
 
-/// In the order of the paper's tables; the last two are ours alone.
-const COLUMNS: [Column; 10] = [
+/// In the order of the paper's tables; collisions deeper than 1 mm and the last two are ours alone.
+const COLUMNS: [Column; 11] = [
     column(FAILURES, "fail %", 1.0, 0, |_| None, |p| p.failure_rate_pct),
     column("collision_rate_pct", "coll. %", 1.0, 1, |m| Some(m.collision_rate_pct), |p| p.collision_rate_pct),
+    column("collision_rate_1mm_pct", "> 1 mm %", 1.0, 1, |m| Some(m.collision_rate_1mm_pct), |_| None),
     column("stable_rate_pct", "stable %", 1.0, 1, |m| Some(m.stable_rate_pct), |p| Some(p.stable_rate_pct)),
     column("drift_m", "drift mm", 1e3, 1, |m| Some(m.drift_m), |p| Some(p.drift_m)),
     column("linear_mps", "m/s", 1.0, 3, |m| Some(m.linear_mps), |p| Some(p.linear_mps)),

@@ -13,7 +13,7 @@ mod solve;
 mod tolerances;
 mod unit;
 
-use super::groups::moving_along;
+use super::groups::{Group, moving_along, subtree};
 use super::rig::Rig;
 use crate::scene::{Parent, Pose, Relation, Scene};
 use crate::shape::Shape;
@@ -61,6 +61,21 @@ pub fn project(scene: &Scene, shapes: &[Shape], layout: &mut [Pose], scope: Scop
         }
     }
     projection
+}
+
+/// The mean of a search that starts where a group's projection is: six numbers a unit, shift and no turn. None if nothing
+/// overlaps or the projection does not converge.
+pub(super) fn start(scene: &Scene, rigs: &[Rig], layout: &[Pose], group: &Group) -> Option<Vec<f32>> {
+    let units: Vec<Unit> = (group.members().into_iter())
+        .map(|(objects, moves)| {
+            let moves = moves && !is_nested(scene, objects[0]);
+            Unit::new(objects, moves, rigs, layout)
+        })
+        .collect();
+    let solved = Solver::new(scene, &units, Scope::Groups).solve();
+    let moved = solved.moves.iter().any(|shift| *shift != DVec3::ZERO);
+    let mean = |shift: &DVec3| [shift.x as f32, shift.y as f32, shift.z as f32, 0.0, 0.0, 0.0];
+    (solved.converged && moved).then(|| solved.moves.iter().take(group.unit_roots().count()).flat_map(mean).collect())
 }
 
 /// What is projected together, stage after stage: lists of objects that keep together, root first, and whether they move.
@@ -117,5 +132,5 @@ fn stays(scene: &Scene, mut object: usize) -> bool {
 
 /// An object and what lies inside it, at any depth.
 fn with_nested(scene: &Scene, root: usize) -> Vec<usize> {
-    super::groups::subtree(scene, root, |child| is_nested(scene, child) && !scene.is_static(child))
+    subtree(scene, root, |child| is_nested(scene, child) && !scene.is_static(child))
 }

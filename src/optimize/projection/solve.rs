@@ -117,21 +117,25 @@ impl<'a> Solver<'a> {
         // What lies on the other touches it: a direction along the surface is not blocked by that.
         let lies_on = f64::from(a.middle() - b.middle()) + apart.y > 0.0;
         let clear = DVec3::Y * f64::from(if lies_on { TOUCHING } else { -TOUCHING });
-        let exit = |along: Vec3| {
+        let exit = |along: Vec3, clear: DVec3| {
             let apart = if along.y.abs() < 0.5 { apart + clear } else { apart };
             a.exit(b, apart, along, self.scene)
         };
         if let Some(kept) = parting.filter(|parting| parting.changes >= CHANGES) {
-            return (kept.along, exit(kept.along));
+            return (kept.along, exit(kept.along, clear));
         }
-        let costs = self.headings(i, j).into_par_iter().map(|heading| {
-            let length = exit(heading.along);
-            let loyal = parting.is_some_and(|parting| parting.along == heading.along);
-            (heading.along, length, length * heading.cost * if loyal { LOYALTY } else { 1.0 })
-        });
-        let costs: Vec<(Vec3, f32, f32)> = costs.collect();
-        let least = costs.into_iter().min_by(|a, b| a.2.total_cmp(&b.2));
-        least.map_or((Vec3::X, 0.0), |(along, length, _)| (along, length))
+        let cheapest = |clear: DVec3| {
+            let exits: Vec<(Heading, f32)> =
+                self.headings(i, j).into_par_iter().map(|heading| (heading, exit(heading.along, clear))).collect();
+            let cost = |&(heading, length): &(Heading, f32)| {
+                let loyal = parting.is_some_and(|parting| parting.along == heading.along);
+                length * heading.cost * if loyal { LOYALTY } else { 1.0 }
+            };
+            // What overlaps deeper than touching is not left within less: there the other was cleared, or not met at all.
+            let real = exits.into_iter().filter(|(_, length)| *length > TOUCHING);
+            real.min_by(|a, b| cost(a).total_cmp(&cost(b))).map(|(heading, length)| (heading.along, length))
+        };
+        cheapest(clear).or_else(|| cheapest(DVec3::ZERO)).unwrap_or((Vec3::X, 0.0))
     }
 
     /// Where the first of two units may go to leave the second.
