@@ -78,7 +78,7 @@ impl<'a> Solver<'a> {
                 least: parting.least,
             });
             moves = least_move(&ground.iter().copied().chain(spaces).collect::<Vec<_>>(), &self.mobility);
-            if moves.iter().any(|shift| !(shift.length() <= MAX_MOVE)) {
+            if moves.iter().any(|shift| !shift.is_finite() || shift.length() > MAX_MOVE) {
                 // The half-spaces contradict each other; the last round's moves are no use to anyone.
                 return Solved { converged: false, rounds, moves: vec![DVec3::ZERO; moves.len()] };
             }
