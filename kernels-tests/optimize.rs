@@ -23,12 +23,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 struct Fake {
     slide: Vec3,
     fails: bool,
+    /// In a rollout, bodies overlap by what their boxes do along x, were they 0.4 m wide.
+    overlap: bool,
     tumble: Option<(usize, Quat)>,
     worlds: Mutex<Vec<World>>,
     free_bytes: Option<u64>,
 }
 
-struct Slide<'a>(&'a World, Vec3, bool);
+struct Slide<'a>(&'a World, Vec3, bool, bool);
 
 impl Rollout for Slide<'_> {
     type Scratch = ();
@@ -43,7 +45,10 @@ impl Rollout for Slide<'_> {
             }
         }
         record.snapshot.fill(Velocity::default());
-        record.depths_placed.fill(0.0);
+        for (depth, [a, b]) in record.depths_placed.iter_mut().zip(&self.0.pairs) {
+            let apart = (placed[*a as usize].translation.x - placed[*b as usize].translation.x).abs();
+            *depth = if self.3 { (0.4 - apart).max(0.0) } else { 0.0 };
+        }
         record.depths_settled.fill(0.0);
         if self.2 { Status::NOT_FINITE } else { Status::default() }
     }
@@ -88,7 +93,7 @@ impl Backend for Fake {
         stream: Stream,
     ) -> Result<Box<dyn Search + 'a>, BackendError> {
         self.worlds.lock().unwrap().push(world.clone());
-        Ok(Box::new(CpuSearch::new(world, settings, stream, Slide(world, self.slide, self.fails))))
+        Ok(Box::new(CpuSearch::new(world, settings, stream, Slide(world, self.slide, self.fails, self.overlap))))
     }
 }
 
@@ -272,6 +277,38 @@ fn groups_go_from_the_leaves_to_the_whole_scene() {
     assert_eq!(bodies[3], [0, 0, 0, 1, STATIC, 2, STATIC], "table, tray, cup, chair, shelf, vase, stone");
     assert!(outcome.finished && outcome.at_rest && outcome.notes.is_empty(), "{:?}", outcome.notes);
     assert_eq!(outcome.iterations.len(), 4 * 6);
+}
+
+#[test]
+fn global_only_takes_every_object_by_itself() {
+    let (boxes, backend, mut watch) = (room(), Fake::default(), Watch::default());
+    let config = Config { global_only: true, ..config() };
+    let outcome = go(&boxes, &backend, &config, 1, None, &mut watch).unwrap();
+    assert_eq!(watch.groups, ["global"]);
+    assert_eq!(outcome.groups[0].units.join(" "), "table tray cup chair vase");
+    let bodies: Vec<_> = backend.worlds.lock().unwrap()[0].bodies.iter().map(|body| body.unit).collect();
+    assert_eq!(bodies, [0, 1, 2, 3, STATIC, 4, STATIC]);
+}
+
+/// The projected layout is where a search without any spread ends if that costs less, and only then.
+#[test]
+fn a_search_goes_on_from_the_better_of_two_starts() {
+    let mut boxes = Boxes::default();
+    boxes.add("a", GROUND, Vec3::splat(0.4), DVec3::ZERO);
+    boxes.add("b", GROUND, Vec3::splat(0.4), DVec3::X * 0.3);
+    let moved = |project: bool, layout: f32| {
+        let mut config = Config { project, ..frozen() };
+        config.energy.layout = layout;
+        for cem in [&mut config.local, &mut config.global] {
+            cem.sample_mean = true;
+        }
+        let backend = Fake { overlap: true, ..Default::default() };
+        let outcome = simple(&boxes, &backend, &config);
+        shift(&boxes, &outcome, 1).x - shift(&boxes, &outcome, 0).x
+    };
+    assert_eq!(moved(false, 1.0), 0.0);
+    assert!((moved(true, 0.1) - 0.1).abs() < 2e-3, "parted: {}", moved(true, 0.1));
+    assert!(moved(true, 100.0).abs() < 1e-6, "to be moved costs more: {}", moved(true, 100.0));
 }
 
 #[test]

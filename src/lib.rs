@@ -2,8 +2,9 @@
 //!
 //! The flow is one-way: `scene` (the document) → `shape` (convex parts and mass) → `canonicalize` (what is up, where the
 //! ground is) → `world` (what a backend simulates), `render` (what a picture shows) → `cpu`, `gpu` (the simulators and
-//! painters) → `optimize` (the search) → `metrics` (quality), `bench` (speed) → `report`. Nothing below `commands` prints.
+//! painters) → `optimize` (the search) → `metrics` (quality), `bench` (speed) → `ablate` (what each idea is worth) → `report`. Nothing below `commands` prints.
 
+pub mod ablate;
 pub mod bench;
 pub mod canonicalize;
 pub mod cpu;

@@ -1,6 +1,7 @@
 //! The subcommands, one thin file each, and what they share: choosing a backend, loading a configuration, making the
 //! shapes, showing progress. Only this module prints: messages and progress to stderr, the result to stdout.
 
+mod ablate;
 mod adapters;
 mod backend;
 mod bench;
@@ -43,6 +44,7 @@ enum Command {
     Optimize(optimize::Args),
     Simulate(simulate::Args),
     Evaluate(evaluate::Args),
+    Ablate(ablate::Args),
     Bench(bench::Args),
     Canonicalize(canonicalize::Args),
     Render(render::Args),
@@ -61,6 +63,7 @@ impl Cli {
             Command::Optimize(args) => optimize::run(args),
             Command::Simulate(args) => simulate::run(args),
             Command::Evaluate(args) => evaluate::run(args),
+            Command::Ablate(args) => ablate::run(args),
             Command::Bench(args) => bench::run(args),
             Command::Canonicalize(args) => canonicalize::run(args),
             Command::Render(args) => render::run(args),

@@ -100,7 +100,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let described = Run { input: &input, backend: &processor, seed: args.seed, shape_seconds, canonicalization };
     let report = Report::new(described, &scene, &shapes, &config, &outcome);
     say(format_args!("{}", report.summary().exact()));
-    let after = with_poses(&scene, &outcome);
+    let after = scene.with_poses(outcome.objects.iter().map(|object| object.pose));
     let files = files(after.clone(), &shapes, &outcome, &report, &dir)?;
     let earlier = output::earlier_files(&dir);
     output::write_all(&dir, &files)?;
@@ -164,15 +164,6 @@ fn to_look_at(report: &Report<'_>, pictures: Option<[Vec<u8>; 2]>) -> Vec<(PathB
     let mut files: Vec<(PathBuf, Vec<u8>)> = pictures.map(|(name, bytes)| (name.into(), bytes)).collect();
     files.push(("report.html".into(), page.into_bytes()));
     files
-}
-
-/// The scene as the run leaves it.
-fn with_poses(scene: &Scene, outcome: &Outcome) -> Scene {
-    let mut scene = scene.clone();
-    for (object, outcome) in scene.objects.iter_mut().zip(&outcome.objects) {
-        object.pose = outcome.pose;
-    }
-    scene
 }
 
 fn read_checkpoint(path: &Path) -> Result<Option<Checkpoint>, Failure> {

@@ -1,8 +1,8 @@
 //! One group's search: episodes of Cross-Entropy iterations, and when to stop.
 
 use crate::world::{
-    Backend, BackendError, Best, CemSettings, Flow, IterationStats, KernelTime, Search, SearchSettings, Status, Stream,
-    World,
+    Backend, BackendError, Best, CemSettings, Distribution, Flow, IterationStats, KernelTime, Search, SearchSettings,
+    Status, Stream, World,
 };
 
 /// An improvement of the elites below this share counts as none (see `CemSettings::patience`). The best candidate is no
@@ -22,18 +22,23 @@ pub(super) struct Searched {
     pub kernels: Vec<KernelTime>,
 }
 
-/// Runs all episodes. `on_iteration` sees every iteration and may stop the search.
+/// Runs all episodes. `second`, if there is one, is another mean to start from: the first iteration is drawn about no move,
+/// the second about that, and the one with the better elites goes on. `on_iteration` sees every iteration and may stop
+/// the search.
 pub(super) fn search(
     backend: &dyn Backend,
     world: &World,
     settings: &SearchSettings,
     stream: Stream,
+    second: Option<Vec<f32>>,
     on_iteration: &mut dyn FnMut(&IterationStats, &dyn Search) -> Flow,
 ) -> Result<Searched, BackendError> {
     let cem = &settings.cem;
     let mut search = backend.search(world, settings, stream)?;
     let mut flagged = [0; Status::NAMES.len()];
     let mut stopped = false;
+    let mut second = second.map(|mean| Distribution { mean, ..cem.initial(world.units.len()) });
+    let mut first: Option<(f32, Distribution)> = None;
     let mut patience = Patience { limit: cem.patience, mark: f32::INFINITY, stale: 0 };
     'episodes: for episode in 0..cem.episodes {
         if episode > 0 {
@@ -48,6 +53,16 @@ pub(super) fn search(
             stopped = on_iteration(&stats, search.as_ref()) == Flow::Stop;
             if stopped || stats.best.total < cem.stop_energy {
                 break 'episodes;
+            }
+            if let Some(start) = second.take() {
+                first = Some((stats.elite_mean, search.distribution()));
+                search.set_distribution(&start);
+                continue;
+            }
+            if let Some((elite_mean, distribution)) = first.take()
+                && elite_mean <= stats.elite_mean
+            {
+                search.set_distribution(&distribution);
             }
             if patience.is_over(stats.elite_mean) {
                 break;

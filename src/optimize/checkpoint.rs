@@ -122,6 +122,12 @@ fn numbers(pose: &scene::Pose) -> [f64; 7] {
     [x, y, z, i, j, k, w]
 }
 
+/// Names what a run depends on: poses and tree of the scene, the bodies, and the configuration. Equal for equal runs.
+pub fn identity(scene: &Scene, shapes: &[Shape], config: &Config) -> String {
+    let parts = [hash_scene(scene), hash_shapes(shapes), hash_config(config)];
+    blake3::hash(parts.concat().as_bytes()).to_hex().to_string()
+}
+
 fn hash_config(config: &Config) -> String {
     blake3::hash(serde_json::to_string(config).unwrap_or_default().as_bytes()).to_hex().to_string()
 }

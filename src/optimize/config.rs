@@ -24,6 +24,11 @@ pub struct Config {
     pub exact: bool,
     /// True: what does not stand with another decomposition of the meshes is searched once more.
     pub second_opinion: bool,
+    /// True: no local groups; every object is searched by itself, all in one search of the whole scene.
+    pub global_only: bool,
+    /// True: every search also starts from its group's projection onto what does not overlap, and goes on from the better
+    /// of the two starts.
+    pub project: bool,
     /// What a candidate costs.
     pub energy: EnergyWeights,
     /// The search of a local group.

@@ -34,11 +34,11 @@ impl Group {
         self.units.push(unit);
     }
 
-    /// Adds a movable object and everything on it that moves along, as one unit.
-    fn add_unit(&mut self, scene: &Scene, root: usize) {
+    /// Adds movable objects that move as one, their root first.
+    fn add_unit(&mut self, objects: impl IntoIterator<Item = usize>) {
         let unit = self.roots.len() as u32;
         self.roots.push(self.objects.len() as u32);
-        for object in subtree(scene, root, |child| !scene.is_static(child)) {
+        for object in objects {
             self.add(object, unit);
         }
     }
@@ -62,6 +62,16 @@ impl Group {
         }
     }
 
+    /// The objects of each unit in turn, then each object that is held, and whether they move.
+    pub fn members(&self) -> Vec<(Vec<usize>, bool)> {
+        let of = |unit: u32| {
+            let objects = self.objects.iter().zip(&self.units).filter(move |&(_, &own)| own == unit);
+            objects.map(|(&object, _)| object).collect::<Vec<usize>>()
+        };
+        let units = (0..self.roots.len() as u32).map(|unit| (of(unit), true));
+        units.chain(of(STATIC).into_iter().map(|object| (vec![object], false))).collect()
+    }
+
     /// How far the group is raised for its simulation, m: a held object that reaches below the ground would have its
     /// children squeezed between itself and the ground.
     pub fn lift(&self, rigs: &[Rig], layout: &[scene::Pose]) -> f32 {
@@ -79,15 +89,39 @@ impl Group {
     }
 }
 
-/// All groups in the order in which they are searched; none if nothing is movable.
-pub(super) fn plan(scene: &Scene) -> Vec<Group> {
+/// All groups in the order in which they are searched; none if nothing is movable. `global_only`: one group, in which
+/// every movable object is a unit by itself.
+pub(super) fn plan(scene: &Scene, global_only: bool) -> Vec<Group> {
+    let mut groups = if global_only { Vec::new() } else { local(scene) };
+    let mut global = Group::new("global", None);
+    for object in 0..scene.objects.len() {
+        let stands_still = match scene.objects[object].parent {
+            Parent::Root(_) => true,
+            Parent::Object(parent) => scene.is_static(parent),
+        };
+        if scene.is_static(object) {
+            global.add(object, STATIC);
+        } else if global_only {
+            global.add_unit([object]);
+        } else if stands_still {
+            global.add_unit(moving_along(scene, object));
+        }
+    }
+    if !global.roots.is_empty() {
+        groups.push(global);
+    }
+    groups
+}
+
+/// The local groups, from the leaves up.
+fn local(scene: &Scene) -> Vec<Group> {
     let movable = |&object: &usize| !scene.is_static(object);
     let mut groups = Vec::new();
     for held in scene.post_order() {
         let mut group = Group::new(&scene.objects[held].name, Some(held));
         group.add(held, STATIC);
         for child in scene.children(held).filter(movable) {
-            group.add_unit(scene, child);
+            group.add_unit(moving_along(scene, child));
         }
         if group.roots.is_empty() {
             continue;
@@ -99,22 +133,12 @@ pub(super) fn plan(scene: &Scene) -> Vec<Group> {
         }
         groups.push(group);
     }
-    let mut global = Group::new("global", None);
-    for object in 0..scene.objects.len() {
-        let stands_still = match scene.objects[object].parent {
-            Parent::Root(_) => true,
-            Parent::Object(parent) => scene.is_static(parent),
-        };
-        if scene.is_static(object) {
-            global.add(object, STATIC);
-        } else if stands_still {
-            global.add_unit(scene, object);
-        }
-    }
-    if !global.roots.is_empty() {
-        groups.push(global);
-    }
     groups
+}
+
+/// A movable object and everything on it that moves along, itself first.
+pub(super) fn moving_along(scene: &Scene, root: usize) -> Vec<usize> {
+    subtree(scene, root, |child| !scene.is_static(child))
 }
 
 /// An object and its descendants, parents first, without those that `enter` refuses and theirs.

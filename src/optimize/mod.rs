@@ -3,6 +3,7 @@
 //!
 //! The optimizer sees the world through the `Backend` trait and does not know which processor runs it.
 
+mod baseline;
 mod cem;
 mod checkpoint;
 mod config;
@@ -11,6 +12,7 @@ mod finish;
 mod groups;
 mod opinion;
 mod outcome;
+mod projection;
 mod replay;
 mod retry;
 mod rig;
@@ -24,10 +26,12 @@ mod upright;
 mod verify;
 mod whole;
 
-pub use checkpoint::Checkpoint;
+pub use baseline::{Baseline, project_and_settle};
+pub use checkpoint::{Checkpoint, identity};
 pub use config::{Config, ResultFrom, SettleSettings, VerifySettings};
 pub use exact::{Clearances, MeshOverlap, part_meshes};
 pub use outcome::{Event, GroupRecord, IterationRecord, ObjectOutcome, Observer, Outcome, Timings};
+pub use projection::{Projection, Scope, project};
 pub use replay::{Candidate, Replay, replay};
 pub use retry::run_on;
 pub use rig::Rig;

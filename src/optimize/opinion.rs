@@ -2,8 +2,8 @@
 //!
 //! The settled layout is checked with both decompositions of its meshes. What fails with either is searched once more, with
 //! a wider spread: copies of the layout in which those objects are shifted and turned at random, about where they are and
-//! about where they rest with their other parts. Each copy settles and is checked with both; the one in which the fewest
-//! fail, and of those the nearest to the reconstruction, goes on.
+//! about where they rest with their other parts. Each copy settles and is checked with both, and the one goes on in which
+//! fewest fail, if what it gains is worth the distance from the reconstruction.
 
 use super::{
     Event, Observer,
@@ -27,6 +27,9 @@ const ROUNDS: u32 = 3;
 
 /// Standard deviation of the shift of an object that fails: m, horizontal and vertical; and of its turn about each axis, rad.
 const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
+
+/// What an object that fails may cost: as much as a turn by half a radian, or a shift by a twelfth of a metre.
+const FAILURE: f64 = 0.5;
 
 /// Poses of all objects.
 type Layout = Vec<scene::Pose>;
@@ -73,13 +76,13 @@ impl<'a> Opinions<'a> {
                 .collect();
             let trials = self.settled(0, &trials)?;
             let verdicts = self.failing(&trials, &at_first)?;
-            let rank = |(trial, verdict): &(Layout, Vec<usize>)| (verdict.len(), self.distance(trial));
-            let best = trials.into_iter().zip(verdicts).min_by(|a, b| {
-                let (a, b) = (rank(a), rank(b));
-                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-            });
-            match best {
-                Some((trial, verdict)) if verdict.len() < failing.len() => (*layout, failing) = (trial, verdict),
+            let cost = |layout: &Layout, failing: &[usize]| FAILURE * failing.len() as f64 + self.distance(layout);
+            let costs =
+                trials.into_iter().zip(verdicts).map(|(trial, failing)| (cost(&trial, &failing), trial, failing));
+            match costs.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                Some((least, trial, verdict)) if least < cost(layout, &failing) && verdict.len() < failing.len() => {
+                    (*layout, failing) = (trial, verdict);
+                }
                 _ => break,
             }
         }
@@ -125,26 +128,23 @@ impl<'a> Opinions<'a> {
         let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
         let settled = settle(self.run.backend, world, &self.simulation, &self.run.config.settle, &starts)?;
         let bodies = world.bodies.len();
-        let ends = settled.poses.chunks_exact(bodies).zip(starts.chunks_exact(bodies)).zip(&settled.usable);
-        let settle_one = |(layout, ((ends, starts), usable)): (&Layout, ((&[Pose], &[Pose]), &bool))| {
-            let mut settled = layout.clone();
-            if *usable {
-                self.group.adopt(rigs, starts, ends, &mut settled);
-            }
-            settled
-        };
-        Ok(layouts.iter().zip(ends).map(settle_one).collect())
+        let mut layouts = layouts.to_vec();
+        for (candidate, layout) in layouts.iter_mut().enumerate().filter(|(candidate, _)| settled.usable[*candidate]) {
+            let own = candidate * bodies..(candidate + 1) * bodies;
+            self.group.adopt(rigs, &starts[own.clone()], &settled.poses[own], layout);
+        }
+        Ok(layouts)
     }
 
     /// Objects of each layout that do not stand with both decompositions, or have fallen since the layout `at_first`.
     fn failing(&self, layouts: &[Layout], at_first: &Layout) -> Result<Vec<Vec<usize>>, BackendError> {
         let limits = &self.run.config.verify;
-        let seated = &self.run.seated;
+        let input = &self.run.input;
         let mut failing: Vec<Vec<usize>> = layouts
             .iter()
             .map(|layout| {
                 let fell = |object: &usize| {
-                    has_fallen(&layout[*object], &seated[*object]) && !has_fallen(&at_first[*object], &seated[*object])
+                    has_fallen(&layout[*object], &input[*object]) && !has_fallen(&at_first[*object], &input[*object])
                 };
                 self.group.moving().map(|(_, object)| object).filter(fell).collect()
             })

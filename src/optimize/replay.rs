@@ -76,8 +76,9 @@ pub fn replay(
     let layout = state.layout();
     let lift = group.lift(&run.rigs, &layout);
     let world = group.world(&run.rigs, &run.walls, &layout, &run.seated);
+    let second = run.second_start(group, &layout);
     let (mut found, mut last) = (None, 0);
-    cem::search(backend, &world, &settings, Stream { seed, stage: stage as u32 }, &mut |stats, search| {
+    cem::search(backend, &world, &settings, Stream { seed, stage: stage as u32 }, second, &mut |stats, search| {
         last = stats.iteration;
         if stats.iteration < iteration {
             return Flow::Continue;

@@ -4,6 +4,7 @@ use super::{
     Checkpoint, Config, Event, GroupRecord, IterationRecord, Observer, OptimizeError, Outcome, cem,
     config::ResultFrom,
     groups::{self, Group},
+    projection,
     rig::Rig,
     room::{Form, Placement, Placer, Room, stands},
     seat::Seat,
@@ -87,7 +88,7 @@ impl<'a> Run<'a> {
             placements: vec![None; shapes.len()],
             walls: Vec::new(),
             rigs,
-            groups: groups::plan(scene),
+            groups: groups::plan(scene, config.global_only),
             backend,
             config,
             seed,
@@ -139,6 +140,11 @@ impl<'a> Run<'a> {
             .run(which, layout)
     }
 
+    /// The second mean that the group's search starts from, if it has one.
+    pub fn second_start(&self, group: &Group, layout: &[scene::Pose]) -> Option<Vec<f32>> {
+        if self.config.project { projection::start(self.scene, &self.rigs, layout, group) } else { None }
+    }
+
     pub fn settings(&self, group: &Group) -> SearchSettings {
         let cem = if group.held.is_some() { &self.config.local } else { &self.config.global };
         SearchSettings {
@@ -187,8 +193,9 @@ impl<'a> Run<'a> {
         let lift = group.lift(&self.rigs, &layout);
         let world = group.world(&self.rigs, &self.walls, &layout, &self.seated);
         let stream = Stream { seed: self.seed, stage: index as u32 };
+        let second = self.second_start(group, &layout);
         let iterations = settings.cem.iterations * settings.cem.episodes;
-        let searched = cem::search(self.backend, &world, &settings, stream, &mut |stats, _| {
+        let searched = cem::search(self.backend, &world, &settings, stream, second, &mut |stats, _| {
             state.iterations.push(IterationRecord { group: index, stats: stats.clone() });
             observer.event(Event::Iteration { group: index, iterations, stats })
         })?;

@@ -1,6 +1,7 @@
 //! What a run leaves for people and their tools: the report, also as a page, the energies as a table, the convex parts as files,
 //! the states of a simulation over time, tables and curves of measurements.
 
+mod ablation;
 mod chart;
 mod csv;
 mod document;
@@ -11,6 +12,7 @@ mod summary;
 mod table;
 mod trajectory;
 
+pub use ablation::{Ablation, AblationRow, AblationTable};
 pub use chart::{Chart, svg};
 pub use csv::energy_csv;
 pub use document::{Report, Run};

@@ -132,6 +132,29 @@ impl Scene {
             || matches!(object.parent, Parent::Root(Root::Wall | Root::Ceiling))
     }
 
+    /// The scene with other poses, in its order.
+    #[must_use]
+    pub fn with_poses(&self, poses: impl IntoIterator<Item = Pose>) -> Self {
+        let mut scene = self.clone();
+        for (object, pose) in scene.objects.iter_mut().zip(poses) {
+            object.pose = pose;
+        }
+        scene
+    }
+
+    /// The scene as if nothing were known of what bears what: every object stands by itself and may move.
+    #[must_use]
+    pub fn without_tree(&self) -> Self {
+        let mut scene = self.clone();
+        for object in &mut scene.objects {
+            object.parent = Parent::Root(Root::Ground);
+            object.relation = Relation::On;
+            object.movable = true;
+        }
+        scene.children = vec![Vec::new(); scene.objects.len()];
+        scene
+    }
+
     /// Checks the longest side of object `i`, m, scale applied: reading a scene does not load its meshes.
     ///
     /// # Errors
