@@ -3,6 +3,7 @@
 //! Scenes are made of boxes in temporary folders, so that a run takes seconds.
 #![allow(clippy::unwrap_used)]
 
+use rest3d_gpu::shape::PADDING;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -325,9 +326,13 @@ fn optimize_leaves_a_whole_result_and_its_input_alone() {
         }
     }
     assert_eq!(scene["objects"][2]["convex_parts"], json!(["parts/right_box_0.obj"]));
-    // Parts are in the mesh's frame: that of a unit cube is the unit cube.
+    // Parts are in the mesh's frame: that of a unit cube is the unit cube, padded in metres.
     let part = fs::read_to_string(case.path("out/parts/table_0.obj")).unwrap();
-    let corner = |line: &str| line.split(' ').skip(1).all(|c| c.parse::<f32>().unwrap().abs() == 0.5);
+    let sides = [1.0, 0.5, 0.6].map(|size| 0.5 + PADDING / size);
+    let corner = |line: &str| {
+        let coordinates = line.split(' ').skip(1).map(|c| c.parse::<f32>().unwrap().abs());
+        coordinates.zip(sides).all(|(c, side)| (c - side).abs() < 1e-6)
+    };
     assert_eq!(part.lines().filter(|line| line.starts_with("v ") && corner(line)).count(), 8);
 
     // The result is a scene like any other.
