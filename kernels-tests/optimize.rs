@@ -3,6 +3,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use glam::{DQuat, DVec3, Quat, Vec3};
+use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::cpu::search::{CpuSearch, Record, Rollout};
 use rest3d_gpu::optimize::{
     Checkpoint, Config, Event, ObjectOutcome, Observer, OptimizeError, Outcome, ResultFrom, run, run_on,
@@ -541,6 +542,29 @@ fn what_tumbles_is_fallen_and_unstable() {
     // While settling too.
     let chair = check(&frozen(), 0.55);
     assert!(chair.fallen && (chair.turned - 0.55).abs() < 1e-6, "{chair:?}");
+}
+
+/// A crate at the edge of a stone block, which stands with its own parts and tips with the others, whose centre of mass is
+/// 20 mm farther out.
+#[test]
+fn what_stands_on_one_decomposition_only_is_searched_again() {
+    let mut boxes = Boxes::default();
+    let stone = boxes.add("stone", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
+    boxes.objects[stone].movable = false;
+    let at_edge = DVec3::new(0.49, 0.5, 0.0);
+    let crate_ = boxes.add("crate", Parent::Object(stone), Vec3::splat(0.2), at_edge);
+    let mass = &mut boxes.shapes[crate_].alternative.mass;
+    mass.center += mass.axes * Vec3::X * 0.02;
+    let with = |second_opinion: bool| {
+        let config = Config { second_opinion, ..frozen() };
+        let outcome = run(&boxes.scene(), &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+        outcome.objects[crate_].clone()
+    };
+    let object = with(false);
+    assert!(object.stable && !object.stable_otherwise && object.moved < 1e-3, "{object:?}");
+    let object = with(true);
+    assert!(object.stable && object.stable_otherwise && !object.fallen && !object.lost_support, "{object:?}");
+    assert!(object.moved < 0.05, "{object:?}");
 }
 
 #[test]

@@ -2,8 +2,9 @@
 //!
 //! The settled layout is checked with both decompositions of its meshes. What fails with either is searched once more, with
 //! a wider spread: copies of the layout in which those objects are shifted and turned at random, about where they are and
-//! about where they rest with their other parts. Each copy settles and is checked with both, and the one goes on in which
-//! fewest fail, if what it gains is worth the distance from the reconstruction.
+//! about where they rest with their other parts. Each copy settles and is checked with both, and so is a mixture in which
+//! every object is as in a copy that it stands in. The one goes on that ends nearest to the reconstruction when let go,
+//! with whichever decomposition moves it more, if fewer fail in it: what would roll by 6° is not turned by 20° beforehand.
 
 use super::{
     Event, Observer,
@@ -26,13 +27,21 @@ const COPIES: u32 = 32;
 const ROUNDS: u32 = 3;
 
 /// Standard deviation of the shift of an object that fails: m, horizontal and vertical; and of its turn about each axis, rad.
+/// The last copies have all of it, the first ones next to nothing.
 const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
-
-/// What an object that fails may cost: as much as a turn by half a radian, or a shift by a twelfth of a metre.
-const FAILURE: f64 = 0.5;
 
 /// Poses of all objects.
 type Layout = Vec<scene::Pose>;
+
+/// A layout at rest, and what both decompositions make of it.
+struct Trial {
+    layout: Layout,
+    /// Objects that do not stand with both, or have fallen.
+    failing: Vec<usize>,
+    /// How far the objects are from the reconstruction and how much farther they go when let go, as the layout term weighs
+    /// it.
+    cost: f64,
+}
 
 /// One decomposition of all meshes.
 struct Model<'a> {
@@ -58,34 +67,23 @@ impl<'a> Opinions<'a> {
     /// Searches what does not stand with both decompositions once more. The layout stays as it is unless fewer fail.
     pub fn improve(&self, layout: &mut Layout, observer: &mut dyn Observer) -> Result<(), BackendError> {
         let at_first = layout.clone();
-        let mut failing = self.failing(std::slice::from_ref(layout), &at_first)?.swap_remove(0);
+        let mut best = self.judge(vec![layout.clone()], &at_first)?.swap_remove(0);
         for round in 0..ROUNDS {
-            if failing.is_empty() || observer.event(Event::Reconsidering { failing: failing.len() }) == Flow::Stop {
+            if best.failing.is_empty()
+                || observer.event(Event::Reconsidering { failing: best.failing.len() }) == Flow::Stop
+            {
                 break;
             }
-            let elsewhere = self.settled(1, std::slice::from_ref(layout))?.swap_remove(0);
-            let trials: Vec<Layout> = (0..COPIES)
-                .map(|copy| {
-                    let mut trial = layout.clone();
-                    if copy % 2 == 1 {
-                        failing.iter().for_each(|&object| trial[object] = elsewhere[object]);
-                    }
-                    self.perturb(&mut trial, &failing, round, copy);
-                    trial
-                })
-                .collect();
-            let trials = self.settled(0, &trials)?;
-            let verdicts = self.failing(&trials, &at_first)?;
-            let cost = |layout: &Layout, failing: &[usize]| FAILURE * failing.len() as f64 + self.distance(layout);
-            let costs =
-                trials.into_iter().zip(verdicts).map(|(trial, failing)| (cost(&trial, &failing), trial, failing));
-            match costs.min_by(|a, b| a.0.total_cmp(&b.0)) {
-                Some((least, trial, verdict)) if least < cost(layout, &failing) && verdict.len() < failing.len() => {
-                    (*layout, failing) = (trial, verdict);
-                }
-                _ => break,
-            }
+            let copies = self.copies(&best, round)?;
+            let mut trials = self.judge(self.settled(0, &copies)?, &at_first)?;
+            let mixed = [mixed(&best, &trials, |object, pose| self.distance(object, pose))];
+            trials.extend(self.judge(self.settled(0, &mixed)?, &at_first)?);
+            trials.retain(|trial| trial.failing.len() < best.failing.len());
+            trials.push(best);
+            best =
+                trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).expect("the last best one is among them");
         }
+        *layout = best.layout;
         Ok(())
     }
 
@@ -99,12 +97,25 @@ impl<'a> Opinions<'a> {
         Ok(if checked.usable[0] { moving.collect() } else { Vec::new() })
     }
 
-    /// Shifts and turns the objects about their centres of mass. The first two copies stay as they are.
+    /// Copies of a layout in which what fails is shifted and turned, in every other one from where it rests with its other
+    /// parts.
+    fn copies(&self, trial: &Trial, round: u32) -> Result<Vec<Layout>, BackendError> {
+        let elsewhere = self.settled(1, std::slice::from_ref(&trial.layout))?.swap_remove(0);
+        let copy = |copy| {
+            let mut layout = trial.layout.clone();
+            if copy % 2 == 1 {
+                trial.failing.iter().for_each(|&object| layout[object] = elsewhere[object]);
+            }
+            self.perturb(&mut layout, &trial.failing, round, copy);
+            layout
+        };
+        Ok((0..COPIES).map(copy).collect())
+    }
+
+    /// Shifts and turns the objects about their centres of mass; the first two copies stay as they are.
     fn perturb(&self, layout: &mut Layout, objects: &[usize], round: u32, copy: u32) {
-        if copy < 2 {
-            return;
-        }
-        let std = SPREAD.repeat(objects.len());
+        let wide = (copy / 2) as f32 / (COPIES / 2 - 1) as f32;
+        let std = SPREAD.map(|std| wide * std).repeat(objects.len());
         let mut noise = vec![0.0; std.len()];
         let stream = Stream { seed: self.run.seed, stage: self.run.groups.len() as u32 };
         sample(&vec![0.0; std.len()], &std, stream, round, copy, &mut noise);
@@ -136,42 +147,57 @@ impl<'a> Opinions<'a> {
         Ok(layouts)
     }
 
-    /// Objects of each layout that do not stand with both decompositions, or have fallen since the layout `at_first`.
-    fn failing(&self, layouts: &[Layout], at_first: &Layout) -> Result<Vec<Vec<usize>>, BackendError> {
-        let limits = &self.run.config.verify;
-        let input = &self.run.input;
-        let mut failing: Vec<Vec<usize>> = layouts
-            .iter()
-            .map(|layout| {
-                let fell = |object: &usize| {
-                    has_fallen(&layout[*object], &input[*object]) && !has_fallen(&at_first[*object], &input[*object])
-                };
-                self.group.moving().map(|(_, object)| object).filter(fell).collect()
-            })
-            .collect();
+    /// Lets layouts at rest go with both decompositions. An object that had fallen in the layout `at_first` may be fallen.
+    fn judge(&self, layouts: Vec<Layout>, at_first: &Layout) -> Result<Vec<Trial>, BackendError> {
+        let Run { backend, config, input, .. } = self.run;
+        let mut fails = vec![vec![false; input.len()]; layouts.len()];
+        let mut farther = vec![vec![0.0_f64; input.len()]; layouts.len()];
         for (model, Model { world, .. }) in self.models.iter().enumerate() {
             let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-            let checked = verify(self.run.backend, world, &self.simulation, limits, &starts)?;
+            let checked = verify(*backend, world, &self.simulation, &config.verify, &starts)?;
             let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
-            for (failing, (motions, usable)) in failing.iter_mut().zip(motions) {
-                let moved = |&(body, _): &(usize, usize)| !usable || !motions[body].is_still(limits);
-                failing.extend(self.group.moving().filter(moved).map(|(_, object)| object));
+            for ((motions, usable), (fails, farther)) in motions.zip(fails.iter_mut().zip(&mut farther)) {
+                for (body, object) in self.group.moving() {
+                    let motion = &motions[body];
+                    fails[object] |= !usable || !motion.is_still(&config.verify);
+                    farther[object] = farther[object].max(self.weighed(motion.drift, motion.turn));
+                }
             }
         }
-        for objects in &mut failing {
-            objects.sort_unstable();
-            objects.dedup();
-        }
-        Ok(failing)
+        let trial = |((layout, fails), farther): ((Layout, Vec<bool>), Vec<f64>)| {
+            let fallen = |object: usize| {
+                has_fallen(&layout[object], &input[object]) && !has_fallen(&at_first[object], &input[object])
+            };
+            let moving = || self.group.moving().map(|(_, object)| object);
+            let failing = moving().filter(|&object| fails[object] || fallen(object)).collect();
+            let cost = moving().map(|object| self.distance(object, &layout[object]) + farther[object]).sum();
+            Trial { failing, cost, layout }
+        };
+        Ok(layouts.into_iter().zip(fails).zip(farther).map(trial).collect())
     }
 
-    /// How far a layout is from the reconstruction, as the layout term weighs it.
-    fn distance(&self, layout: &Layout) -> f64 {
-        let Run { rigs, seated, config, .. } = self.run;
-        let of = |object: usize| {
-            let way = rigs[object].center_of(&layout[object]).distance(rigs[object].center_of(&seated[object]));
-            f64::from(config.energy.position) * way + layout[object].rotation.angle_between(seated[object].rotation)
-        };
-        self.group.moving().map(|(_, object)| of(object)).sum()
+    /// How far an object is from its reconstruction, as the layout term weighs it.
+    fn distance(&self, object: usize, pose: &scene::Pose) -> f64 {
+        let (rig, seated) = (&self.run.rigs[object], &self.run.seated[object]);
+        let way = rig.center_of(pose).distance(rig.center_of(seated));
+        self.weighed(way, pose.rotation.angle_between(seated.rotation))
     }
+
+    /// A way (m) and an angle (rad) in one number.
+    fn weighed(&self, way: f64, angle: f64) -> f64 {
+        f64::from(self.run.config.energy.position) * way + angle
+    }
+}
+
+/// Every object that fails as it is in the trial in which it stands nearest to its reconstruction: what stands here and
+/// there in different trials may stand together.
+fn mixed(best: &Trial, trials: &[Trial], distance: impl Fn(usize, &scene::Pose) -> f64) -> Layout {
+    let mut layout = best.layout.clone();
+    for &object in &best.failing {
+        let stands = trials.iter().filter(|trial| !trial.failing.contains(&object));
+        let nearest = stands.map(|trial| trial.layout[object]);
+        let nearest = nearest.min_by(|a, b| distance(object, a).total_cmp(&distance(object, b)));
+        layout[object] = nearest.unwrap_or(layout[object]);
+    }
+    layout
 }
