@@ -17,7 +17,7 @@ use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
 
 /// An object turned by more than this from its input has fallen, rad.
-const FALLEN: f64 = FRAC_PI_6;
+pub(super) const FALLEN: f64 = FRAC_PI_6;
 
 impl Run<'_> {
     /// Settles and checks the layout that the search left. Both also run after an early stop: they are short, and an

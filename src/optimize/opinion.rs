@@ -1,10 +1,10 @@
 //! A second opinion: what stands only on the facets of one decomposition does not stand in an engine with another.
 //!
-//! The settled layout is checked with both decompositions of its meshes. What fails with either is searched once more, with
-//! a wider spread: copies of the layout in which those objects are shifted and turned at random, about where they are and
-//! about where they rest with their other parts. Each copy settles and is checked with both, and so is a mixture in which
-//! every object is as in a copy that it stands in. The one goes on that ends nearest to the reconstruction when let go,
-//! with whichever decomposition moves it more, if fewer fail in it: what would roll by 6° is not turned by 20° beforehand.
+//! The settled layout is let go with both decompositions of its meshes. What falls with either is searched once more, with
+//! a wider spread; what only rocks is not, because round things rest on other facets in every engine. Copies of the layout
+//! have those objects shifted and turned at random, about where they are and about where they rest with their other parts.
+//! Each copy settles and is let go with both, and so is a mixture in which every object is as in a copy that it stands in.
+//! The one goes on that ends nearest to the reconstruction, with whichever decomposition moves it more, if less falls in it.
 
 use super::{
     Event, Observer,
@@ -36,7 +36,7 @@ type Layout = Vec<scene::Pose>;
 /// A layout at rest, and what both decompositions make of it.
 struct Trial {
     layout: Layout,
-    /// Objects that do not stand with both, or have fallen.
+    /// Objects that fall with either, or have fallen.
     failing: Vec<usize>,
     /// How far the objects are from the reconstruction and how much farther they go when let go, as the layout term weighs
     /// it.
@@ -159,7 +159,7 @@ impl<'a> Opinions<'a> {
             for ((motions, usable), (fails, farther)) in motions.zip(fails.iter_mut().zip(&mut farther)) {
                 for (body, object) in self.group.moving() {
                     let motion = &motions[body];
-                    fails[object] |= !usable || !motion.is_still(&config.verify);
+                    fails[object] |= !usable || motion.falls(&config.verify);
                     farther[object] = farther[object].max(self.weighed(motion.drift, motion.turn));
                 }
             }
