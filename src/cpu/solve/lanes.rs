@@ -25,13 +25,13 @@ pub fn splat<S: Simd>(simd: S, number: f32) -> Number<S> {
 /// The larger of two numbers; `floor` where `number` is none.
 #[inline(always)]
 pub fn at_least<S: Simd>(number: Number<S>, floor: Number<S>) -> Number<S> {
-    number.simd_gt(floor).select(number, floor)
+    number.max_precise(floor)
 }
 
 /// The smaller of two numbers; `ceiling` where `number` is none.
 #[inline(always)]
 pub fn at_most<S: Simd>(number: Number<S>, ceiling: Number<S>) -> Number<S> {
-    number.simd_lt(ceiling).select(number, ceiling)
+    number.min_precise(ceiling)
 }
 
 /// The number nearest to `number` that is no larger than `limit`, either way.
@@ -68,11 +68,7 @@ impl<S: Simd> Vector<S> {
     /// This where `mask` says so, `other` elsewhere.
     #[inline(always)]
     pub fn or(self, mask: Mask<S>, other: Self) -> Self {
-        Self {
-            x: mask.select(self.x, other.x),
-            y: mask.select(self.y, other.y),
-            z: mask.select(self.z, other.z),
-        }
+        Self { x: mask.select(self.x, other.x), y: mask.select(self.y, other.y), z: mask.select(self.z, other.z) }
     }
 
     #[inline(always)]

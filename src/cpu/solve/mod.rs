@@ -34,13 +34,14 @@ use lanes::{Number, at_most, splat};
 use rows::{Friction, Moving, Normal};
 use union::Union;
 
-/// Solves with the widest vectors that the processor has.
+/// Solves a substep of several candidates.
 pub struct Solver(Box<dyn Substep>);
 
 impl Solver {
-    /// Without room for any constraint yet; it grows with use.
-    pub fn new() -> Self {
-        dispatch!(Level::new(), simd => Self(boxed(simd)))
+    /// With the vectors of `level`, of which `Level::new()` is the widest that the processor has. There is no room for
+    /// any constraint yet; it grows with use.
+    pub fn new(level: Level) -> Self {
+        dispatch!(level, simd => Self(boxed(simd)))
     }
 
     /// Advances up to `LANES` candidates by one substep. Contacts keep their impulses for the next call's warm start.
@@ -53,7 +54,7 @@ fn boxed<S: Simd>(simd: S) -> Box<dyn Substep> {
     Box::new(Wide { simd, bodies: Vec::new(), union: Union::new(simd), normals: Vec::new(), frictions: Vec::new() })
 }
 
-trait Substep: Send {
+trait Substep: Send + Sync {
     fn substep(&mut self, bodies: &[Body], settings: &SimSettings, candidates: &mut [Workspace]);
 }
 

@@ -56,13 +56,7 @@ pub struct Row<S: Simd> {
 
 impl<S: Simd> Row<S> {
     #[inline(always)]
-    pub fn new(
-        axis: Vector<S>,
-        angular_a: Vector<S>,
-        angular_b: Vector<S>,
-        a: &Moving<S>,
-        b: &Moving<S>,
-    ) -> Self {
+    pub fn new(axis: Vector<S>, angular_a: Vector<S>, angular_b: Vector<S>, a: &Moving<S>, b: &Moving<S>) -> Self {
         let (turn_a, turn_b) = (a.inverse_inertia * angular_a, b.inverse_inertia * angular_b);
         let k = axis.dot(axis) * (a.inverse_mass + b.inverse_mass) + angular_a.dot(turn_a) + angular_b.dot(turn_b);
         let zero = splat(k.token(), 0.0);

@@ -101,6 +101,9 @@ impl<S: Simd> Wide<S> {
             || {
                 for (patch, f) in self.union.patches.iter().zip(&mut self.frictions) {
                     let solved = patch.present() & moving;
+                    if solved.all_false() {
+                        continue;
+                    }
                     let mut pair = Pair::of(self.simd, &self.bodies, patch.a, patch.b);
                     f.solve(&mut pair, solved);
                     pair.store(&mut self.bodies, patch.a, patch.b, solved);
@@ -129,6 +132,9 @@ impl<S: Simd> Wide<S> {
                     let i = if backwards { count - 1 - i } else { i };
                     let patch = &union.patches[i];
                     let solved = patch.present() & moving;
+                    if solved.all_false() {
+                        continue;
+                    }
                     let mut pair = Pair::of(*simd, bodies, patch.a, patch.b);
                     let points = &mut normals[patch.points()];
                     for k in 0..points.len() {
@@ -210,15 +216,18 @@ impl<S: Simd> Friction<S> {
         let twist = within(wanted, self.twist_limit);
         pair.push(&self.twist, twist - old_twist);
         let [u, v] = &self.tangents;
-        let wanted_u = old_u - u.mass * pair.relative(u);
-        let wanted_v = old_v - v.mass * pair.relative(v);
-        let length = (wanted_u * wanted_u + wanted_v * wanted_v).sqrt();
-        let scale = length.simd_gt(self.limit).select(self.limit / length, splat(length.token(), 1.0));
-        let (new_u, new_v) = (wanted_u * scale, wanted_v * scale);
+        let mut new_u = old_u - u.mass * pair.relative(u);
+        let mut new_v = old_v - v.mass * pair.relative(v);
+        let length = (new_u * new_u + new_v * new_v).sqrt();
+        let slips = solved & length.simd_gt(self.limit);
+        // A branch, because the processor goes on without the root and the quotient while it guesses that nothing slips.
+        if slips.any_true() {
+            let scale = slips.select(self.limit / length, splat(length.token(), 1.0));
+            (new_u, new_v) = (new_u * scale, new_v * scale);
+        }
         pair.push(u, new_u - old_u);
         pair.push(v, new_v - old_v);
-        self.impulse =
-            [solved.select(new_u, old_u), solved.select(new_v, old_v), solved.select(twist, old_twist)];
+        self.impulse = [solved.select(new_u, old_u), solved.select(new_v, old_v), solved.select(twist, old_twist)];
     }
 
     /// Takes over what the points' impulses allow.
