@@ -22,16 +22,16 @@ pub fn splat<S: Simd>(simd: S, number: f32) -> Number<S> {
     Number::splat(simd, number)
 }
 
-/// The larger of two numbers; `floor` where `number` is none.
+/// The larger of two numbers. Of none and a number it is either: a candidate with such numbers is lost.
 #[inline(always)]
 pub fn at_least<S: Simd>(number: Number<S>, floor: Number<S>) -> Number<S> {
-    number.max_precise(floor)
+    number.max(floor)
 }
 
-/// The smaller of two numbers; `ceiling` where `number` is none.
+/// The smaller of two numbers, likewise.
 #[inline(always)]
 pub fn at_most<S: Simd>(number: Number<S>, ceiling: Number<S>) -> Number<S> {
-    number.min_precise(ceiling)
+    number.min(ceiling)
 }
 
 /// The number nearest to `number` that is no larger than `limit`, either way.

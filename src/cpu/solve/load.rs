@@ -16,7 +16,7 @@ impl<S: Simd> Wide<S> {
     #[inline(always)]
     pub fn load(&mut self, bodies: &[Body], settings: &SimSettings, soft: &Softness, candidates: &[Workspace]) {
         self.load_bodies(bodies, candidates);
-        self.union.gather(candidates.iter().map(Workspace::contacts), bodies.len() as u32);
+        self.union.gather(candidates.iter().map(Workspace::contacts), bodies);
         self.load_rows(settings, soft);
     }
 
@@ -43,7 +43,7 @@ impl<S: Simd> Wide<S> {
         let simd = self.simd;
         self.normals.clear();
         self.frictions.clear();
-        for patch in &self.union.patches {
+        for patch in &mut self.union.patches {
             let touched = patch.present().to_bitmask() as u32;
             self.bodies[patch.a as usize].touched |= touched;
             self.bodies[patch.b as usize].touched |= touched;
@@ -51,8 +51,11 @@ impl<S: Simd> Wide<S> {
             let arms = |point: Vector<S>| [point - a.origin, point - b.origin];
             let center = arms(patch.center);
             let tangents = patch.tangents();
-            for point in &self.union.points[patch.points()] {
-                let row = Row::along(point.normal, arms(point.point), a, b);
+            let points = &self.union.points[patch.points()];
+            // The rows are in the order of the patches, which the points were not.
+            patch.first = self.normals.len() as u32;
+            for (k, point) in points.iter().enumerate() {
+                let row = Row::along(point.normal, arms(point.point), a, b).only(patch.having(k));
                 let to_center = point.point - patch.center;
                 let start = point.separation - settings.rest_offset;
                 self.normals.push(Normal {

@@ -50,6 +50,8 @@ pub struct Row<S: Simd> {
     /// World inverse inertia times the angular parts.
     turn_a: Vector<S>,
     turn_b: Vector<S>,
+    /// Inverse mass of the second body, 1/kg.
+    inverse_mass_b: Number<S>,
     /// Effective mass, kg.
     pub mass: Number<S>,
 }
@@ -61,7 +63,22 @@ impl<S: Simd> Row<S> {
         let k = axis.dot(axis) * (a.inverse_mass + b.inverse_mass) + angular_a.dot(turn_a) + angular_b.dot(turn_b);
         let zero = splat(k.token(), 0.0);
         let mass = k.simd_gt(zero).select(splat(k.token(), 1.0) / k, zero);
-        Self { axis, angular_a, angular_b, turn_a, turn_b, mass }
+        let inverse_mass_b = splat(k.token(), b.inverse_mass);
+        Self { axis, angular_a, angular_b, turn_a, turn_b, inverse_mass_b, mass }
+    }
+
+    /// Without effect on the candidates that are not in `mask`: their velocities keep their bits when an impulse of +0 is
+    /// subtracted as +0 and added as −0, even those that are −0. Their axes must be +0 and have no effective mass.
+    #[inline(always)]
+    pub fn only(self, mask: Mask<S>) -> Self {
+        let simd = self.mass.token();
+        let zero = |number| Vector::splat(simd, Vec3::splat(number));
+        Self {
+            turn_a: self.turn_a.or(mask, zero(0.0)),
+            turn_b: self.turn_b.or(mask, zero(-0.0)),
+            inverse_mass_b: mask.select(self.inverse_mass_b, splat(simd, -0.0)),
+            ..self
+        }
     }
 
     /// With lever arms on both bodies.
@@ -92,6 +109,7 @@ impl<S: Simd> Row<S> {
             angular_b: self.angular_b.or(mask, other.angular_b),
             turn_a: self.turn_a.or(mask, other.turn_a),
             turn_b: self.turn_b.or(mask, other.turn_b),
+            inverse_mass_b: other.inverse_mass_b,
             mass: mask.select(self.mass, other.mass),
         }
     }
@@ -167,8 +185,7 @@ pub struct Friction<S: Simd> {
 /// Velocities of two bodies while their constraints are solved.
 #[derive(Clone, Copy)]
 pub struct Pair<S: Simd> {
-    mass_a: Number<S>,
-    mass_b: Number<S>,
+    inverse_mass_a: Number<S>,
     linear_a: Vector<S>,
     angular_a: Vector<S>,
     linear_b: Vector<S>,
@@ -180,8 +197,7 @@ impl<S: Simd> Pair<S> {
     pub fn of(simd: S, bodies: &[Moving<S>], a: u32, b: u32) -> Self {
         let (a, b) = (&bodies[a as usize], &bodies[b as usize]);
         Self {
-            mass_a: splat(simd, a.inverse_mass),
-            mass_b: splat(simd, b.inverse_mass),
+            inverse_mass_a: splat(simd, a.inverse_mass),
             linear_a: a.linear,
             angular_a: a.angular,
             linear_b: b.linear,
@@ -198,9 +214,9 @@ impl<S: Simd> Pair<S> {
 
     #[inline(always)]
     pub fn push(&mut self, row: &Row<S>, impulse: Number<S>) {
-        self.linear_a -= row.axis * (impulse * self.mass_a);
+        self.linear_a -= row.axis * (impulse * self.inverse_mass_a);
         self.angular_a -= row.turn_a * impulse;
-        self.linear_b += row.axis * (impulse * self.mass_b);
+        self.linear_b += row.axis * (impulse * row.inverse_mass_b);
         self.angular_b += row.turn_b * impulse;
     }
 
@@ -216,14 +232,11 @@ impl<S: Simd> Pair<S> {
         }
     }
 
-    /// Writes the velocities of the candidates in `mask`.
     #[inline(always)]
-    pub fn store(self, bodies: &mut [Moving<S>], a: u32, b: u32, mask: Mask<S>) {
+    pub fn store(self, bodies: &mut [Moving<S>], a: u32, b: u32) {
         let body = &mut bodies[a as usize];
-        body.linear = self.linear_a.or(mask, body.linear);
-        body.angular = self.angular_a.or(mask, body.angular);
+        (body.linear, body.angular) = (self.linear_a, self.angular_a);
         let body = &mut bodies[b as usize];
-        body.linear = self.linear_b.or(mask, body.linear);
-        body.angular = self.angular_b.or(mask, body.angular);
+        (body.linear, body.angular) = (self.linear_b, self.angular_b);
     }
 }

@@ -69,12 +69,13 @@ impl<S: Simd> Wide<S> {
     fn warm_start(&mut self) {
         let Self { simd, bodies, union, frictions, normals } = self;
         for (patch, f) in union.patches.iter().zip(&*frictions) {
-            let mut pair = Pair::of(*simd, bodies, patch.a, patch.b);
+            let before = Pair::of(*simd, bodies, patch.a, patch.b);
+            let mut pair = before;
             let [u, v, twist] = f.impulse;
             pair.push(&f.tangents[0], u);
             pair.push(&f.tangents[1], v);
             pair.push(&f.twist, twist);
-            pair.store(bodies, patch.a, patch.b, patch.present());
+            pair.or(patch.present(), before).store(bodies, patch.a, patch.b);
         }
         for patch in &union.patches {
             let before = Pair::of(*simd, bodies, patch.a, patch.b);
@@ -88,7 +89,7 @@ impl<S: Simd> Wide<S> {
                 }
                 after = pair.or(patch.of_size(turns.len()), after);
             }
-            after.store(bodies, patch.a, patch.b, patch.present());
+            after.store(bodies, patch.a, patch.b);
         }
     }
 
@@ -104,9 +105,10 @@ impl<S: Simd> Wide<S> {
                     if solved.all_false() {
                         continue;
                     }
-                    let mut pair = Pair::of(self.simd, &self.bodies, patch.a, patch.b);
+                    let before = Pair::of(self.simd, &self.bodies, patch.a, patch.b);
+                    let mut pair = before;
                     f.solve(&mut pair, solved);
-                    pair.store(&mut self.bodies, patch.a, patch.b, solved);
+                    pair.or(solved, before).store(&mut self.bodies, patch.a, patch.b);
                 }
             },
         );
@@ -135,25 +137,23 @@ impl<S: Simd> Wide<S> {
                     if solved.all_false() {
                         continue;
                     }
-                    let mut pair = Pair::of(*simd, bodies, patch.a, patch.b);
+                    let before = Pair::of(*simd, bodies, patch.a, patch.b);
+                    let mut pair = before;
                     let points = &mut normals[patch.points()];
                     for k in 0..points.len() {
-                        let k = if backwards { points.len() - 1 - k } else { k };
-                        let n = &mut points[k];
-                        let before = pair;
-                        let change = if SPRINGS { n.solve_spring(&mut pair) } else { n.solve_rigid(&mut pair, solved) };
-                        if k >= patch.fewest as usize {
-                            let here = patch.counts.simd_gt(k as f32);
-                            pair = pair.or(here, before);
-                        }
-                        if !SPRINGS {
-                            largest = at_least(change.abs() / n.row.mass, largest);
+                        let n = &mut points[if backwards { points.len() - 1 - k } else { k }];
+                        if SPRINGS {
+                            n.solve_spring(&mut pair);
+                        } else {
+                            let speed = n.solve_rigid(&mut pair, solved);
+                            largest = speed.simd_gt(largest).select(speed, largest);
                         }
                     }
                     if !SPRINGS {
                         frictions[i].bound(patch, points, settings.friction);
+                        pair = pair.or(solved, before);
                     }
-                    pair.store(bodies, patch.a, patch.b, solved);
+                    pair.store(bodies, patch.a, patch.b);
                 }
                 largest
             },
@@ -201,8 +201,8 @@ impl<S: Simd> Wide<S> {
             for row in &mut f.tangents {
                 *row = Row::along(row.axis, f.arms, a, b).or(far, row);
             }
-            for n in &mut self.normals[patch.points()] {
-                n.row = n.row.shifted(by, a, b).or(far, &n.row);
+            for (k, n) in self.normals[patch.points()].iter_mut().enumerate() {
+                n.row = n.row.shifted(by, a, b).only(patch.having(k)).or(far, &n.row);
             }
         }
     }
@@ -249,22 +249,22 @@ impl<S: Simd> Friction<S> {
 
 impl<S: Simd> Normal<S> {
     #[inline(always)]
-    fn solve_spring(&mut self, pair: &mut Pair<S>) -> Number<S> {
+    fn solve_spring(&mut self, pair: &mut Pair<S>) {
         let Aim { spring_bias, spring_mass, leak, .. } = self.aim;
         let total = self.total(pair, spring_bias, spring_mass, leak);
         let change = total - self.impulse;
         pair.push(&self.row, change);
         self.impulse = total;
-        change
     }
 
+    /// Gives the change of the contact's relative speed, m/s.
     #[inline(always)]
     fn solve_rigid(&mut self, pair: &mut Pair<S>, solved: Mask<S>) -> Number<S> {
         let total = self.total(pair, self.aim.rigid_bias, self.row.mass, splat(self.impulse.token(), 0.0));
         let change = total - self.impulse;
         pair.push(&self.row, change);
         self.impulse = solved.select(total, self.impulse);
-        change
+        change.abs() / self.row.mass
     }
 
     /// The impulse that meets the aim. Nought where a candidate has no such point, because there is no mass.

@@ -3,11 +3,14 @@
 //! A patch of the union is the `k`-th of a body pair in every candidate that has so many there. A candidate's patches keep
 //! their order in the union, and it keeps still while patches that it lacks are solved: so its bits do not depend on its
 //! company.
+//!
+//! Patches that share no body that moves may be solved in any order, with the same bits. They come one after the other, so
+//! that the processor begins with the next while it waits for one.
 
 use super::lanes::{LANES, Mask, Number, Vector, splat};
 use crate::cpu::contacts::{Contact, ContactSet, GROUND, Patch};
 use crate::cpu::narrow_phase::tangents;
-use crate::world::constants::MAX_MANIFOLD_POINTS;
+use crate::world::{Body, constants::MAX_MANIFOLD_POINTS};
 use fearless_simd::prelude::*;
 use glam::Vec3;
 
@@ -34,11 +37,11 @@ const fn turns() -> [[usize; MAX_MANIFOLD_POINTS]; MAX_MANIFOLD_POINTS + 1] {
 pub struct WidePatch<S: Simd> {
     pub a: u32,
     pub b: u32,
+    /// One more than the highest level of the patches before it that move one of its bodies.
+    level: u32,
     /// Its points, in the order of a sweep.
     pub first: u32,
     pub count: u32,
-    /// Fewest points of a candidate that has the patch.
-    pub fewest: u32,
     /// Bit `n`: some candidate has `n` points.
     pub sizes: u32,
     /// The number of points.
@@ -57,6 +60,12 @@ impl<S: Simd> WidePatch<S> {
     #[inline(always)]
     pub fn present(&self) -> Mask<S> {
         self.counts.simd_gt(0.0)
+    }
+
+    /// The candidates that have the point of row `k`.
+    #[inline(always)]
+    pub fn having(&self, k: usize) -> Mask<S> {
+        self.counts.simd_gt(k as f32)
     }
 
     /// The candidates with so many points.
@@ -114,17 +123,21 @@ pub struct Union<S: Simd> {
     simd: S,
     pub patches: Vec<WidePatch<S>>,
     pub points: Vec<WidePoint<S>>,
+    /// Of every body, the level of its last patch.
+    levels: Vec<u32>,
 }
 
 impl<S: Simd> Union<S> {
     pub fn new(simd: S) -> Self {
-        Self { simd, patches: Vec::new(), points: Vec::new() }
+        Self { simd, patches: Vec::new(), points: Vec::new(), levels: Vec::new() }
     }
 
-    /// Takes over what the candidates have. The ground becomes the body of that number.
+    /// Takes over what the candidates have. The ground becomes the body after the last.
     #[inline(always)]
-    pub fn gather<'a>(&mut self, sets: impl Iterator<Item = &'a ContactSet>, ground: u32) {
-        let Self { simd, patches, points } = self;
+    pub fn gather<'a>(&mut self, sets: impl Iterator<Item = &'a ContactSet>, bodies: &[Body]) {
+        let Self { simd, patches, points, levels } = self;
+        levels.clear();
+        levels.resize(bodies.len(), 0);
         patches.clear();
         points.clear();
         let mut cursors = [const { None }; LANES];
@@ -135,9 +148,9 @@ impl<S: Simd> Union<S> {
             let mut wide = WidePatch {
                 a: 0,
                 b: 0,
+                level: 0,
                 first: points.len() as u32,
                 count: 0,
-                fewest: u32::MAX,
                 sizes: 0,
                 counts: zero,
                 own: [u32::MAX; LANES],
@@ -156,9 +169,8 @@ impl<S: Simd> Union<S> {
                         WidePoint { normal: origin, point: origin, separation: zero, impulse: zero, load: zero };
                     points.resize(wide.points().end, blank);
                 }
-                wide.a = if patch.a == GROUND { ground } else { patch.a };
+                wide.a = if patch.a == GROUND { bodies.len() as u32 } else { patch.a };
                 (wide.b, wide.own[lane]) = (patch.b, own);
-                wide.fewest = wide.fewest.min(patch.count);
                 wide.sizes |= 1 << count;
                 wide.counts[lane] = count as f32;
                 let own_points = cursor.set.points_of(patch);
@@ -175,8 +187,13 @@ impl<S: Simd> Union<S> {
                     point.load[lane] = contact.load;
                 }
             }
+            let moved = [wide.a, wide.b].map(|body| body as usize);
+            let moved = || moved.into_iter().filter(|&body| bodies.get(body).is_some_and(|body| !body.is_static()));
+            wide.level = 1 + moved().map(|body| levels[body]).max().unwrap_or(0);
+            moved().for_each(|body| levels[body] = wide.level);
             patches.push(wide);
         }
+        patches.sort_unstable_by_key(|patch| (patch.level, patch.first));
     }
 }
 
