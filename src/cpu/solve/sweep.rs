@@ -261,9 +261,10 @@ impl<S: Simd> Normal<S> {
     #[inline(always)]
     fn solve_rigid(&mut self, pair: &mut Pair<S>, solved: Mask<S>) -> Number<S> {
         let total = self.total(pair, self.aim.rigid_bias, self.row.mass, splat(self.impulse.token(), 0.0));
+        let total = solved.select(total, self.impulse);
         let change = total - self.impulse;
         pair.push(&self.row, change);
-        self.impulse = solved.select(total, self.impulse);
+        self.impulse = total;
         change.abs() / self.row.mass
     }
 
