@@ -7,7 +7,7 @@ use super::{
     best::best,
     elites::elites,
     energy::{Trial, energy},
-    group::at_once,
+    group::{Group, at_once},
     moments::moments,
     place::place,
     sample::sample,
@@ -60,10 +60,11 @@ struct Worker<S> {
     records: Vec<Record>,
 }
 
-/// About how many bytes a search holds: numbers for every candidate, simulation slots for every thread.
+/// About how many bytes a search holds: numbers for every candidate, simulation slots for every thread's group.
 pub fn bytes(world: &World, candidates: u32) -> u64 {
     let row = 4 * world.dimensions() + size_of::<Energy>() + size_of::<Status>() + 8;
-    (u64::from(candidates) + 1) * row as u64 + rayon::current_num_threads() as u64 * world.slot_bytes()
+    let slots = rayon::current_num_threads() * Group::MOST;
+    (u64::from(candidates) + 1) * row as u64 + slots as u64 * world.slot_bytes()
 }
 
 /// A search over the units of one world with any simulator.
