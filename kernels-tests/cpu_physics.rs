@@ -9,7 +9,7 @@ use common::Scenario;
 use glam::{Quat, Vec3};
 use physics::{determinism, measured, settings};
 use rest3d_gpu::cpu::narrow_phase::Separator;
-use rest3d_gpu::cpu::{CpuBackend, Workspace};
+use rest3d_gpu::cpu::{CpuBackend, Group};
 
 /// The shared bodies, in modules of their own so that names do not clash.
 mod cpu {
@@ -23,14 +23,14 @@ fn contact_impulses_carry_the_weight() {
     s.cuboid(Vec3::splat(0.1), 3.0, Vec3::Y * 0.1, Quat::IDENTITY);
     let world = s.world();
     let narrow = Separator::new(settings.narrow_phase, &world.hulls);
-    let mut workspace = Workspace::new(&world);
-    workspace.start(&world.start);
+    let mut group = Group::new(&world, 1);
+    group.start(&world.start);
     for _ in 0..settings.steps {
-        workspace.step(&world, &settings, &narrow);
+        group.step(&world, &settings, &narrow);
     }
     // The impulses are those of one small step.
     let small = settings.dt / (settings.substeps * settings.position_iterations) as f32;
-    let force = workspace.contacts().points.iter().map(|p| p.impulse).sum::<f32>() / small;
+    let force = group.candidates()[0].contacts().points.iter().map(|p| p.impulse).sum::<f32>() / small;
     measured("contact force of 3 kg at rest, N", force, 3.0 * 9.8);
     assert!((force / (3.0 * 9.8) - 1.0).abs() < 5e-3, "{force} N");
 }

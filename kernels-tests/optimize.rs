@@ -38,7 +38,8 @@ impl Rollout for Slide<'_> {
 
     fn scratch(&self) {}
 
-    fn run(&self, (): &mut (), placed: &[Pose], record: &mut Record) -> Status {
+    fn run(&self, (): &mut (), placed: &[Pose], records: &mut [Record]) {
+        let record = &mut records[0];
         for ((settled, placed), body) in record.settled.iter_mut().zip(placed).zip(&self.0.bodies) {
             *settled = *placed;
             if body.unit != STATIC {
@@ -51,7 +52,7 @@ impl Rollout for Slide<'_> {
             *depth = if self.3 { (0.4 - apart).max(0.0) } else { 0.0 };
         }
         record.depths_settled.fill(0.0);
-        if self.2 { Status::NOT_FINITE } else { Status::default() }
+        record.status = if self.2 { Status::NOT_FINITE } else { Status::default() };
     }
 }
 

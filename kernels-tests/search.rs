@@ -150,6 +150,9 @@ struct Still {
 }
 
 impl Rollout for Still {
+    /// Some at once, so that every population has a smaller run at its end.
+    const AT_ONCE: usize = 3;
+
     /// Counts its own rollouts, so that a search that leaks scratch into results can be caught.
     type Scratch = u32;
 
@@ -157,13 +160,17 @@ impl Rollout for Still {
         0
     }
 
-    fn run(&self, scratch: &mut u32, placed: &[Pose], record: &mut Record) -> Status {
-        *scratch += 1;
-        record.settled.copy_from_slice(placed);
-        record.snapshot.fill(Velocity::default());
-        record.depths_placed.fill(0.0);
-        record.depths_settled.fill(0.0);
-        if placed[1].translation.x < self.fail_below { Status::NOT_FINITE } else { Status::default() }
+    fn run(&self, scratch: &mut u32, placed: &[Pose], records: &mut [Record]) {
+        let bodies = placed.len() / records.len();
+        for (record, placed) in records.iter_mut().zip(placed.chunks_exact(bodies)) {
+            *scratch += 1;
+            record.settled.copy_from_slice(placed);
+            record.snapshot.fill(Velocity::default());
+            record.depths_placed.fill(0.0);
+            record.depths_settled.fill(0.0);
+            let fails = placed[1].translation.x < self.fail_below;
+            record.status = if fails { Status::NOT_FINITE } else { Status::default() };
+        }
     }
 }
 

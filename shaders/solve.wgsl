@@ -1,6 +1,6 @@
 // Kernel `solve`: all small steps of a substep, one invocation a candidate, patch after patch.
 //
-// The order is `src/cpu/solve.rs`': accelerate, warm start, friction, soft normals, advance, follow, then friction and
+// The order is `src/cpu/solve/`': accelerate, warm start, friction, soft normals, advance, follow, then friction and
 // rigid normals until nothing approaches any more. Both kinds of sweep are one loop, because software drivers compile
 // code that occurs twice twice.
 

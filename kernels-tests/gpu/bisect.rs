@@ -12,10 +12,10 @@ use bytemuck::Pod;
 use libtest_mimic::Failed;
 use rayon::prelude::*;
 use rest3d_gpu::bench::starts;
-use rest3d_gpu::cpu::Workspace;
 use rest3d_gpu::cpu::clock::{Clock, Kernel};
 use rest3d_gpu::cpu::contacts::{Contact, Patch};
 use rest3d_gpu::cpu::narrow_phase::{Manifold, PairCache, Separation, Separator};
+use rest3d_gpu::cpu::{Group, Workspace};
 use rest3d_gpu::gpu::{Buffer, Recorder, Simulation, Step};
 use rest3d_gpu::world::constants::MAX_MANIFOLD_POINTS;
 use rest3d_gpu::world::{NarrowPhase, Pose, SimSettings, World};
@@ -79,8 +79,14 @@ impl Clock for Seen {
 
 /// One candidate on the processor.
 struct Twin {
-    workspace: Workspace,
+    group: Group,
     seen: Seen,
+}
+
+impl Twin {
+    fn workspace(&self) -> &Workspace {
+        &self.group.candidates()[0]
+    }
 }
 
 /// Where bits differed.
@@ -169,7 +175,8 @@ impl Both<'_> {
 
     fn substep(&mut self, settings: &SimSettings, narrow: &Separator, parity: usize) -> Result<(), Failed> {
         let world = self.world;
-        self.twins.par_iter_mut().for_each(|Twin { workspace, seen }| {
+        self.twins.par_iter_mut().for_each(|Twin { group, seen }| {
+            let workspace = &mut group.candidates_mut()[0];
             *seen = Seen::default();
             workspace.collide_timed(world, settings, narrow, seen);
             let contacts = workspace.contacts();
@@ -185,7 +192,7 @@ impl Both<'_> {
                         stage,
                         |s| &s.collide.body_boxes,
                         |twin, row| {
-                            let broad = twin.workspace.broad_phase();
+                            let broad = twin.workspace().broad_phase();
                             for ((to, from), margin) in row.iter_mut().zip(&broad.bodies).zip(&broad.margins) {
                                 (to.center, to.half_extents, to.margin) = (from.center, from.half, *margin);
                             }
@@ -195,7 +202,7 @@ impl Both<'_> {
                         stage,
                         |s| &s.collide.hull_boxes,
                         |twin, row| {
-                            for (to, from) in row.iter_mut().zip(&twin.workspace.broad_phase().hulls) {
+                            for (to, from) in row.iter_mut().zip(&twin.workspace().broad_phase().hulls) {
                                 (to.center, to.half_extents) = (from.center, from.half);
                             }
                         },
@@ -206,7 +213,7 @@ impl Both<'_> {
                         stage,
                         |s| &s.collide.pair_starts[parity],
                         |twin, row| {
-                            let pairs = twin.workspace.pairs();
+                            let pairs = twin.workspace().pairs();
                             for (index, start) in row.iter_mut().enumerate() {
                                 *start = pairs.partition_point(|pair| (pair.pair as usize) < index) as u32;
                             }
@@ -216,7 +223,8 @@ impl Both<'_> {
                         stage,
                         |s| &s.collide.hull_pairs[parity],
                         |twin, row| {
-                            for ((to, from), seen) in row.iter_mut().zip(twin.workspace.pairs()).zip(&twin.seen.pairs) {
+                            for ((to, from), seen) in row.iter_mut().zip(twin.workspace().pairs()).zip(&twin.seen.pairs)
+                            {
                                 (to.pair, to.a, to.b, to.cache) = (from.pair, from.a, from.b, bytemuck::cast(seen.0));
                             }
                         },
@@ -304,17 +312,17 @@ impl Both<'_> {
                     )?;
                 }
                 _ => {
-                    self.twins.par_iter_mut().for_each(|twin| twin.workspace.solve(world, settings));
+                    self.twins.par_iter_mut().for_each(|twin| twin.group.solve(world, settings));
                     self.contacts(stage, parity, |twin| {
-                        let contacts = twin.workspace.contacts();
+                        let contacts = twin.workspace().contacts();
                         (&contacts.patches, &contacts.points)
                     })?;
-                    self.table(stage, |s| &s.state.poses, |twin, row| row.copy_from_slice(&twin.workspace.poses))?;
+                    self.table(stage, |s| &s.state.poses, |twin, row| row.copy_from_slice(&twin.workspace().poses))?;
                     self.table(
                         stage,
                         |s| &s.state.velocities,
                         |twin, row| {
-                            row.copy_from_slice(&twin.workspace.velocities);
+                            row.copy_from_slice(&twin.workspace().velocities);
                         },
                     )?;
                 }
@@ -370,9 +378,9 @@ fn bisect(
     simulation.rest(&mut recorder);
     recorder.submit();
     let twin = |placed: &[Pose]| {
-        let mut workspace = Workspace::new(world);
-        workspace.start(placed);
-        Twin { workspace, seen: Seen::default() }
+        let mut group = Group::new(world, 1);
+        group.start(placed);
+        Twin { group, seen: Seen::default() }
     };
     let mut both = Both {
         device,

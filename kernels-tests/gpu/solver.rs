@@ -7,7 +7,7 @@ use bytemuck::Zeroable;
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::contacts::{Contact, Patch};
-use rest3d_gpu::cpu::{Workspace, narrow_phase::Separator};
+use rest3d_gpu::cpu::{Group, Workspace, narrow_phase::Separator};
 use rest3d_gpu::gpu::{Batch, Motion, Recorder, Sim, Solver, Touching};
 use rest3d_gpu::gpu::{Contact as GpuContact, Patch as GpuPatch};
 use rest3d_gpu::world::{Pose, SimSettings, Status, Velocity, World};
@@ -112,21 +112,22 @@ fn contact(contact: &Contact) -> GpuContact {
 /// what a rounding error decides on the CPU, too: whether there is one more sweep, or new lever arms.
 fn states(world: &World, settings: &SimSettings) -> Result<Vec<[State; 2]>, Failed> {
     let narrow = Separator::new(settings.narrow_phase, &world.hulls);
-    let mut workspace = Workspace::new(world);
+    let mut group = Group::new(world, 1);
     let mut substep = |i: usize, rounding: f32| {
         let shifts = noise(30 + i as u32, 3 * world.start.len());
         let shifted = |(pose, shift): (&Pose, &[f32])| {
             Pose::new(pose.rotation, pose.translation + 0.003 * Vec3::from_slice(shift))
         };
-        workspace.start(&world.start.iter().zip(shifts.chunks_exact(3)).map(shifted).collect::<Vec<_>>());
+        group.start(&world.start.iter().zip(shifts.chunks_exact(3)).map(shifted).collect::<Vec<_>>());
         for _ in 0..i {
-            workspace.step(world, settings, &narrow);
+            group.step(world, settings, &narrow);
         }
+        let [workspace] = group.candidates_mut() else { unreachable!("a group of one") };
         workspace.collide(world, settings, &narrow);
         workspace.poses.iter_mut().for_each(|pose| pose.translation *= 1.0 + rounding);
-        let before = State::of(&workspace);
-        workspace.solve(world, settings);
-        [before, State::of(&workspace)]
+        let before = State::of(workspace);
+        group.solve(world, settings);
+        [before, State::of(&group.candidates()[0])]
     };
     let all = (0..STATES).map(|i| [0.0, f32::EPSILON, -f32::EPSILON].map(|rounding| substep(i, rounding)));
     let same = |a: &State, b: &State| compare(&a.velocities, &b.velocities, 0.5 * TOLERANCE).is_ok();

@@ -1,4 +1,4 @@
-// What the solver keeps of a candidate during a substep, as `src/cpu/solve.rs`. Tables have `Batch::bodies + 1` rows a
+// What the solver keeps of a candidate during a substep, as `src/cpu/solve/`. Tables have `Batch::bodies + 1` rows a
 // candidate for bodies (the last is the ground), `Sim::contacts` for patches and points.
 
 #import vector

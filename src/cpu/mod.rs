@@ -6,6 +6,7 @@ pub mod clock;
 pub mod contacts;
 pub mod elites;
 pub mod energy;
+mod group;
 pub mod integrate;
 pub mod moments;
 pub mod narrow_phase;
@@ -18,6 +19,7 @@ mod simulate;
 mod solve;
 pub mod stats;
 
+pub use group::Group;
 pub use raster::CpuPainter;
 pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
@@ -26,6 +28,7 @@ use crate::world::{
     Backend, BackendError, Flow, KernelTime, MemoryPlan, NarrowPhase, OnStep, Pose, Rollouts, Search, SearchSettings,
     SimSettings, Status, Stream, Velocity, World,
 };
+use group::at_once;
 use narrow_phase::Separator;
 use rayon::prelude::*;
 
@@ -54,31 +57,35 @@ impl Backend for CpuBackend {
             return Ok(Vec::new());
         }
         let narrow = Separator::new(settings.narrow_phase, &world.hulls);
-        let mut candidates: Vec<Workspace> = starts
-            .chunks_exact(bodies)
+        let size = at_once(starts.len() / bodies, Group::MOST);
+        let mut groups: Vec<Group> = starts
+            .chunks(size * bodies)
             .map(|placed| {
-                let mut workspace = Workspace::new(world);
-                workspace.start(placed);
-                workspace
+                let mut group = Group::new(world, placed.len() / bodies);
+                group.start(placed);
+                group
             })
             .collect();
         let mut poses = starts.to_vec();
         let mut velocities = vec![Velocity::default(); starts.len()];
         for step in 0..settings.steps {
-            candidates
+            groups
                 .par_iter_mut()
-                .zip(poses.par_chunks_exact_mut(bodies))
-                .zip(velocities.par_chunks_exact_mut(bodies))
-                .for_each(|((workspace, poses), velocities)| {
-                    workspace.step(world, settings, &narrow);
-                    poses.copy_from_slice(&workspace.poses);
-                    velocities.copy_from_slice(&workspace.velocities);
+                .zip(poses.par_chunks_mut(size * bodies))
+                .zip(velocities.par_chunks_mut(size * bodies))
+                .for_each(|((group, poses), velocities)| {
+                    group.step(world, settings, &narrow);
+                    let rows = poses.chunks_exact_mut(bodies).zip(velocities.chunks_exact_mut(bodies));
+                    for (candidate, (poses, velocities)) in group.candidates().iter().zip(rows) {
+                        poses.copy_from_slice(&candidate.poses);
+                        velocities.copy_from_slice(&candidate.velocities);
+                    }
                 });
             if on_step(step, &poses, &velocities) == Flow::Stop {
                 break;
             }
         }
-        Ok(candidates.iter().map(|workspace| workspace.status).collect())
+        Ok(groups.iter().flat_map(Group::candidates).map(|candidate| candidate.status).collect())
     }
 
     fn rollouts(&self, world: &World, settings: &SimSettings, starts: &[Pose]) -> Result<Rollouts, BackendError> {
@@ -139,24 +146,32 @@ impl<'a> Simulator<'a> {
 }
 
 impl Rollout for Simulator<'_> {
-    type Scratch = Workspace;
+    type Scratch = Group;
 
-    fn scratch(&self) -> Workspace {
-        Workspace::new(self.world)
+    const AT_ONCE: usize = Group::MOST;
+
+    fn scratch(&self) -> Group {
+        Group::new(self.world, Group::MOST)
     }
 
-    fn run(&self, workspace: &mut Workspace, placed: &[Pose], record: &mut Record) -> Status {
+    fn run(&self, group: &mut Group, placed: &[Pose], records: &mut [Record]) {
         let Self { world, simulation, narrow } = self;
-        workspace.start(placed);
-        workspace.measure_depths(world, narrow, &mut record.depths_placed);
+        group.start(placed);
+        for (candidate, record) in group.candidates_mut().iter_mut().zip(&mut *records) {
+            candidate.measure_depths(world, narrow, &mut record.depths_placed);
+        }
         for step in 0..simulation.steps {
-            workspace.step(world, simulation, narrow);
+            group.step(world, simulation, narrow);
             if step + 1 == simulation.snapshot_step {
-                record.snapshot.copy_from_slice(&workspace.velocities);
+                for (candidate, record) in group.candidates().iter().zip(&mut *records) {
+                    record.snapshot.copy_from_slice(&candidate.velocities);
+                }
             }
         }
-        workspace.measure_depths(world, narrow, &mut record.depths_settled);
-        record.settled.copy_from_slice(&workspace.poses);
-        workspace.status
+        for (candidate, record) in group.candidates_mut().iter_mut().zip(records) {
+            candidate.measure_depths(world, narrow, &mut record.depths_settled);
+            record.settled.copy_from_slice(&candidate.poses);
+            record.status = candidate.status;
+        }
     }
 }

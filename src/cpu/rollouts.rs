@@ -1,8 +1,8 @@
 //! Rollouts of a population without a search around them: what `bench` measures.
 
 use super::clock::{Clock, Laps};
+use super::group::{Group, at_once};
 use super::narrow_phase::Separator;
-use super::simulate::Workspace;
 use crate::world::{KernelTime, Pose, Rollouts, SimSettings, Status, World};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -10,21 +10,26 @@ use std::time::Instant;
 /// Candidates whose kernels are timed; the others are taken to be alike.
 const TIMED: usize = 128;
 
-/// Simulates every candidate to its end, candidates in parallel.
+/// Simulates every candidate to its end, groups of them in parallel.
 pub fn rollouts(world: &World, settings: &SimSettings, starts: &[Pose]) -> Rollouts {
     let narrow = Separator::new(settings.narrow_phase, &world.hulls);
+    let bodies = world.bodies.len().max(1);
+    let size = at_once(starts.len() / bodies, Group::MOST);
     let mut settled = starts.to_vec();
-    let (statuses, contacts): (Vec<Status>, Vec<u64>) = settled
-        .par_chunks_exact_mut(world.bodies.len().max(1))
+    let (statuses, contacts): (Vec<Vec<Status>>, Vec<u64>) = settled
+        .par_chunks_mut(size * bodies)
         .map_init(
-            || Workspace::new(world),
-            |workspace, poses| {
-                let contacts = rollout(workspace, world, settings, &narrow, poses, &mut ());
-                poses.copy_from_slice(&workspace.poses);
-                (workspace.status, contacts)
+            || Group::new(world, size),
+            |group, poses| {
+                let contacts = rollout(group, world, settings, &narrow, poses, &mut ());
+                for (candidate, poses) in group.candidates().iter().zip(poses.chunks_exact_mut(bodies)) {
+                    poses.copy_from_slice(&candidate.poses);
+                }
+                (group.candidates().iter().map(|candidate| candidate.status).collect(), contacts)
             },
         )
         .unzip();
+    let statuses = statuses.concat();
     let counted = statuses.len() as f64 * f64::from(settings.steps);
     let contacts_per_substep = Some(contacts.iter().sum::<u64>() as f64 / counted.max(1.0));
     Rollouts { settled, statuses, contacts_per_substep }
@@ -41,13 +46,14 @@ pub fn kernel_times(world: &World, settings: &SimSettings, starts: &[Pose]) -> V
     rollouts(world, settings, &picked);
     let untimed = clock.elapsed().as_secs_f64();
     let narrow = Separator::new(settings.narrow_phase, &world.hulls);
+    let size = at_once(picked.len() / bodies, Group::MOST);
     let laps = picked
-        .par_chunks_exact(bodies)
+        .par_chunks(size * bodies)
         .map_init(
-            || Workspace::new(world),
-            |workspace, placed| {
+            || Group::new(world, size),
+            |group, placed| {
                 let mut laps = Laps::start();
-                rollout(workspace, world, settings, &narrow, placed, &mut laps);
+                rollout(group, world, settings, &narrow, placed, &mut laps);
                 laps
             },
         )
@@ -56,20 +62,20 @@ pub fn kernel_times(world: &World, settings: &SimSettings, starts: &[Pose]) -> V
     laps.times(1e3 * untimed * share / laps.milliseconds())
 }
 
-/// Simulates one candidate; the sum over the steps of the contacts at their end.
+/// Simulates a group of candidates; the sum over the steps of the contacts at their end.
 fn rollout(
-    workspace: &mut Workspace,
+    group: &mut Group,
     world: &World,
     settings: &SimSettings,
     narrow: &Separator,
     placed: &[Pose],
     clock: &mut impl Clock,
 ) -> u64 {
-    workspace.start(placed);
+    group.start(placed);
     let mut contacts = 0;
     for _ in 0..settings.steps {
-        workspace.step_timed(world, settings, narrow, clock);
-        contacts += workspace.contacts().points.len() as u64;
+        group.step_timed(world, settings, narrow, clock);
+        contacts += group.candidates().iter().map(|candidate| candidate.contacts().points.len() as u64).sum::<u64>();
     }
     contacts
 }

@@ -7,6 +7,7 @@ use super::{
     best::best,
     elites::elites,
     energy::{Trial, energy},
+    group::{Group, at_once},
     moments::moments,
     place::place,
     sample::sample,
@@ -19,19 +20,24 @@ use crate::world::{
 use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The simulator as the search needs it: one candidate, from placement to rest.
+/// The simulator as the search needs it: some candidates at once, from placement to rest.
 pub trait Rollout: Sync {
-    /// Buffers that one thread reuses for all its candidates. What they hold must not change a result.
+    /// Most candidates of a run.
+    const AT_ONCE: usize = 1;
+
+    /// Buffers that one thread reuses for all its candidates. What they hold must not change a result, and neither must
+    /// the company that a candidate runs in.
     type Scratch: Send;
 
     /// Makes the buffers of one thread.
     fn scratch(&self) -> Self::Scratch;
 
-    /// Simulates from `placed` (one pose a body), at rest at first, and fills `record`.
-    fn run(&self, scratch: &mut Self::Scratch, placed: &[Pose], record: &mut Record) -> Status;
+    /// Simulates from `placed` (one pose a body, candidate after candidate), at rest at first, and fills the candidates'
+    /// `records`.
+    fn run(&self, scratch: &mut Self::Scratch, placed: &[Pose], records: &mut [Record]);
 }
 
-/// What a rollout writes.
+/// What a rollout writes of a candidate.
 #[derive(Clone, Debug)]
 pub struct Record {
     /// Pose of every body after the last step.
@@ -42,19 +48,23 @@ pub struct Record {
     pub depths_placed: Vec<f32>,
     /// The same after the last step.
     pub depths_settled: Vec<f32>,
+    /// What went wrong.
+    pub status: Status,
 }
 
 /// Buffers of one thread.
-struct Lane<S> {
+struct Worker<S> {
     scratch: S,
+    /// Poses of as many candidates as run at once.
     placed: Vec<Pose>,
-    record: Record,
+    records: Vec<Record>,
 }
 
-/// About how many bytes a search holds: numbers for every candidate, simulation slots for every thread.
+/// About how many bytes a search holds: numbers for every candidate, simulation slots for every thread's group.
 pub fn bytes(world: &World, candidates: u32) -> u64 {
     let row = 4 * world.dimensions() + size_of::<Energy>() + size_of::<Status>() + 8;
-    (u64::from(candidates) + 1) * row as u64 + rayon::current_num_threads() as u64 * world.slot_bytes()
+    let slots = rayon::current_num_threads() * Group::MOST;
+    (u64::from(candidates) + 1) * row as u64 + slots as u64 * world.slot_bytes()
 }
 
 /// A search over the units of one world with any simulator.
@@ -63,7 +73,7 @@ pub struct CpuSearch<'a, R: Rollout> {
     settings: &'a SearchSettings,
     stream: Stream,
     rollout: R,
-    lanes: Vec<Mutex<Lane<R::Scratch>>>,
+    workers: Vec<Mutex<Worker<R::Scratch>>>,
     /// One row a candidate, and one for the winner.
     deltas: Vec<f32>,
     energies: Vec<Energy>,
@@ -77,28 +87,30 @@ pub struct CpuSearch<'a, R: Rollout> {
 }
 
 impl<'a, R: Rollout> CpuSearch<'a, R> {
-    /// Prepares all buffers: one lane a thread, one slot a candidate.
+    /// Prepares all buffers: one worker a thread, one slot a candidate.
     pub fn new(world: &'a World, settings: &'a SearchSettings, stream: Stream, rollout: R) -> Self {
         let candidates = settings.cem.candidates as usize;
         let bodies = world.bodies.len();
-        let lane = || Lane {
-            scratch: rollout.scratch(),
-            placed: world.start.clone(),
-            record: Record {
-                settled: world.start.clone(),
-                snapshot: vec![Velocity::default(); bodies],
-                depths_placed: vec![0.0; world.pairs.len()],
-                depths_settled: vec![0.0; world.pairs.len()],
-            },
+        let record = Record {
+            settled: world.start.clone(),
+            snapshot: vec![Velocity::default(); bodies],
+            depths_placed: vec![0.0; world.pairs.len()],
+            depths_settled: vec![0.0; world.pairs.len()],
+            status: Status::default(),
         };
-        let lanes = (0..rayon::current_num_threads()).map(|_| Mutex::new(lane())).collect();
+        let worker = || Worker {
+            scratch: rollout.scratch(),
+            placed: world.start.repeat(R::AT_ONCE),
+            records: vec![record.clone(); R::AT_ONCE],
+        };
+        let workers = (0..rayon::current_num_threads()).map(|_| Mutex::new(worker())).collect();
         let distribution = settings.cem.initial(world.units.len());
         let floor = distribution.std.iter().map(|std| settings.cem.std_floor * std).collect();
         Self {
             world,
             settings,
             stream,
-            lanes,
+            workers,
             rollout,
             deltas: vec![0.0; (candidates + 1) * world.dimensions()],
             energies: vec![Winner::NONE.energy; candidates],
@@ -114,45 +126,60 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
 
     fn simulate_all(&mut self) {
         let width = self.world.dimensions();
-        let Self { world, settings, stream, rollout, lanes, distribution, iteration, .. } = self;
-        let slots = self.energies.par_iter_mut().zip(self.statuses.par_iter_mut()).enumerate();
-        let rows = &mut self.deltas[..slots.len() * width];
-        slots.zip(rows.par_chunks_exact_mut(width)).for_each(|((candidate, (cost, status)), delta)| {
-            sample(&distribution.mean, &distribution.std, *stream, *iteration, candidate as u32, delta);
-            if candidate == 0 && settings.cem.sample_mean {
-                delta.copy_from_slice(&distribution.mean);
+        let Self { world, settings, stream, rollout, workers, distribution, iteration, .. } = self;
+        let size = at_once(self.energies.len(), R::AT_ONCE);
+        let slots = self.energies.par_chunks_mut(size).zip(self.statuses.par_chunks_mut(size)).enumerate();
+        let rows = self.deltas.par_chunks_mut(size * width);
+        slots.zip(rows).for_each(|((chunk, (energies, statuses)), deltas)| {
+            let deltas = &mut deltas[..energies.len() * width];
+            for (candidate, delta) in (chunk * size..).zip(deltas.chunks_exact_mut(width)) {
+                sample(&distribution.mean, &distribution.std, *stream, *iteration, candidate as u32, delta);
+                if candidate == 0 && settings.cem.sample_mean {
+                    delta.copy_from_slice(&distribution.mean);
+                }
             }
-            let lane = &mut *lock(&lanes[rayon::current_thread_index().unwrap_or(0) % lanes.len()]);
-            (*cost, *status) = lane.evaluate(world, settings, rollout, delta);
+            let worker = &mut *lock(&workers[rayon::current_thread_index().unwrap_or(0) % workers.len()]);
+            let evaluated = worker.evaluate(world, settings, rollout, deltas);
+            for ((cost, status), slot) in evaluated.zip(energies.iter_mut().zip(statuses)) {
+                (*slot.0, *slot.1) = (cost, status);
+            }
         });
     }
 }
 
-impl<S> Lane<S> {
+impl<S> Worker<S> {
+    /// Runs the candidates with these adjustments; energies and what went wrong.
     fn evaluate<R: Rollout<Scratch = S>>(
         &mut self,
         world: &World,
         settings: &SearchSettings,
         rollout: &R,
-        delta: &[f32],
-    ) -> (Energy, Status) {
-        place(world, delta, &mut self.placed);
-        let status = rollout.run(&mut self.scratch, &self.placed, &mut self.record);
-        let trial = Trial {
-            placed: &self.placed,
-            settled: &self.record.settled,
-            snapshot: &self.record.snapshot,
-            depths_placed: &self.record.depths_placed,
-            depths_settled: &self.record.depths_settled,
-            status,
-        };
-        (energy(world, &settings.energy, &trial), status)
+        deltas: &[f32],
+    ) -> impl Iterator<Item = (Energy, Status)> {
+        let bodies = world.bodies.len();
+        let candidates = deltas.len() / world.dimensions();
+        let (placed, records) = (&mut self.placed[..candidates * bodies], &mut self.records[..candidates]);
+        for (delta, placed) in deltas.chunks_exact(world.dimensions()).zip(placed.chunks_exact_mut(bodies)) {
+            place(world, delta, placed);
+        }
+        rollout.run(&mut self.scratch, placed, records);
+        records.iter().zip(placed.chunks_exact(bodies)).map(|(record, placed)| {
+            let trial = Trial {
+                placed,
+                settled: &record.settled,
+                snapshot: &record.snapshot,
+                depths_placed: &record.depths_placed,
+                depths_settled: &record.depths_settled,
+                status: record.status,
+            };
+            (energy(world, &settings.energy, &trial), record.status)
+        })
     }
 }
 
-/// A lane whose thread panicked is as good as any: every rollout overwrites it.
-fn lock<T>(lane: &Mutex<T>) -> MutexGuard<'_, T> {
-    lane.lock().unwrap_or_else(PoisonError::into_inner)
+/// A worker whose thread panicked is as good as any: every rollout overwrites it.
+fn lock<T>(worker: &Mutex<T>) -> MutexGuard<'_, T> {
+    worker.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl<R: Rollout> Search for CpuSearch<'_, R> {
@@ -216,15 +243,15 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
     fn best(&mut self) -> Option<Best> {
         let Winner { energy, iteration, candidate } = Some(self.winner).filter(Winner::is_known)?;
         let delta = self.deltas[self.energies.len() * self.world.dimensions()..].to_vec();
-        let mut lane = lock(&self.lanes[0]);
-        lane.evaluate(self.world, self.settings, &self.rollout, &delta);
+        let mut worker = lock(&self.workers[0]);
+        worker.evaluate(self.world, self.settings, &self.rollout, &delta).for_each(drop);
         Some(Best {
             energy,
             iteration,
             candidate,
             delta,
-            placed: lane.placed.clone(),
-            settled: lane.record.settled.clone(),
+            placed: worker.placed[..self.world.bodies.len()].to_vec(),
+            settled: worker.records[0].settled.clone(),
         })
     }
 }

@@ -1,11 +1,10 @@
-//! One candidate's simulation: collide, solve, integrate, substep after substep.
+//! One candidate: its state, and its collision detection.
 
 use super::{
     broad_phase::{BroadPhase, HullPair},
     clock::{Clock, Kernel},
     contacts::{ContactSet, GROUND, Gatherer},
     narrow_phase::{self, Manifold, PairCache, Separator, manifold, passes, plane_hull},
-    solve::Solver,
 };
 use crate::world::{Capacities, Pose, SimSettings, Status, Velocity, World, constants::MAX_CAPACITY_GROWTH};
 use glam::Vec3;
@@ -27,9 +26,9 @@ pub struct Workspace {
     old_caches: Vec<PairCache>,
     gatherer: Gatherer,
     manifold: Manifold,
-    contacts: ContactSet,
+    /// Contacts of the last substep.
+    pub(super) contacts: ContactSet,
     old_contacts: ContactSet,
-    solver: Solver,
 }
 
 impl Workspace {
@@ -50,7 +49,6 @@ impl Workspace {
             manifold: Manifold::default(),
             contacts: ContactSet::default(),
             old_contacts: ContactSet::default(),
-            solver: Solver::default(),
         }
     }
 
@@ -79,26 +77,11 @@ impl Workspace {
         &self.pairs
     }
 
-    /// Advances by one step of `dt`.
-    pub fn step(&mut self, world: &World, settings: &SimSettings, narrow: &Separator) {
-        self.step_timed(world, settings, narrow, &mut ());
-    }
-
-    /// The same, and tells `clock` of every part.
-    pub fn step_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
-        for _ in 0..settings.substeps.max(1) {
-            self.collide_timed(world, settings, narrow, clock);
-            self.solve(world, settings);
-            clock.lap(Kernel::Solve);
-        }
+    /// Flags a candidate that has left the numbers.
+    pub(super) fn check(&mut self) {
         if self.poses.iter().any(|p| !p.is_finite()) || self.velocities.iter().any(|v| !v.is_finite()) {
             self.status.insert(Status::NOT_FINITE);
         }
-    }
-
-    /// Advances by one substep with the contacts at hand.
-    pub fn solve(&mut self, world: &World, settings: &SimSettings) {
-        self.solver.substep(&world.bodies, settings, &mut self.poses, &mut self.velocities, &mut self.contacts);
     }
 
     /// Finds the contacts of the next substep.

@@ -1,0 +1,160 @@
+//! Candidates that advance in lock step, because the solver takes several at once.
+
+use super::{
+    clock::{Clock, Kernel},
+    narrow_phase::Separator,
+    simulate::Workspace,
+    solve::{LANES, Solver},
+};
+use crate::world::{Pose, SimSettings, World};
+use fearless_simd::Level;
+
+/// How many of `candidates` a thread takes at once: the `most` that it can, unless other threads would have nothing to do.
+pub(super) fn at_once(candidates: usize, most: usize) -> usize {
+    candidates.div_ceil(rayon::current_num_threads()).clamp(1, most)
+}
+
+/// Up to `Group::MOST` candidates; made once per thread and reused. What becomes of a candidate does not depend on the
+/// others.
+pub struct Group {
+    workspaces: Vec<Workspace>,
+    /// The others are spare.
+    running: usize,
+    solver: Solver,
+}
+
+impl Group {
+    /// Most candidates of a group.
+    pub const MOST: usize = LANES;
+
+    /// Room for so many candidates of `world`.
+    pub fn new(world: &World, candidates: usize) -> Self {
+        Self::solved_by(Solver::new(Level::new()), world, candidates)
+    }
+
+    fn solved_by(solver: Solver, world: &World, candidates: usize) -> Self {
+        assert!((1..=Self::MOST).contains(&candidates), "a group of {candidates}");
+        let workspaces = (0..candidates).map(|_| Workspace::new(world)).collect();
+        Self { workspaces, running: candidates, solver }
+    }
+
+    /// Forgets the last candidates: the bodies are at rest at `placed`, candidate after candidate; nothing touches yet.
+    pub fn start(&mut self, placed: &[Pose]) {
+        let bodies = self.workspaces[0].poses.len().max(1);
+        self.running = placed.len() / bodies;
+        for (workspace, placed) in self.workspaces[..self.running].iter_mut().zip(placed.chunks_exact(bodies)) {
+            workspace.start(placed);
+        }
+    }
+
+    /// The candidates that `start` was given.
+    pub fn candidates(&self) -> &[Workspace] {
+        &self.workspaces[..self.running]
+    }
+
+    /// The same.
+    pub fn candidates_mut(&mut self) -> &mut [Workspace] {
+        &mut self.workspaces[..self.running]
+    }
+
+    /// Advances by one step of `dt`.
+    pub fn step(&mut self, world: &World, settings: &SimSettings, narrow: &Separator) {
+        self.step_timed(world, settings, narrow, &mut ());
+    }
+
+    /// The same, and tells `clock` of every part.
+    pub fn step_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
+        for _ in 0..settings.substeps.max(1) {
+            for candidate in self.candidates_mut() {
+                candidate.collide_timed(world, settings, narrow, clock);
+            }
+            self.solve(world, settings);
+            clock.lap(Kernel::Solve);
+        }
+        self.candidates_mut().iter_mut().for_each(Workspace::check);
+    }
+
+    /// Advances by one substep with the contacts at hand.
+    pub fn solve(&mut self, world: &World, settings: &SimSettings) {
+        self.solver.substep(&world.bodies, settings, &mut self.workspaces[..self.running]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::{BodyDef, Status};
+    use glam::{Quat, Vec3};
+
+    const CANDIDATES: usize = 9;
+    /// The candidate that leaves the numbers.
+    const LOST: usize = 4;
+
+    /// A flat brick with three cubes above it.
+    fn world() -> World {
+        let brick = |half: Vec3, y: f32| {
+            let corner =
+                |i: usize| half * (Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0);
+            let start = Pose::new(Quat::IDENTITY, Vec3::Y * y);
+            let inertia = Vec3::splat(0.7 * half.max_element() * half.max_element());
+            BodyDef { parts: vec![(0..8).map(corner).collect()], mass: 1.0, inertia, unit: 0, start, reference: start }
+        };
+        let flat = brick(Vec3::new(0.2, 0.05, 0.2), 0.05);
+        let cubes = [0.2, 0.41, 0.62].map(|y| brick(Vec3::splat(0.1), y));
+        let [a, b, c] = cubes;
+        World::new(&[flat, a, b, c], &[0])
+    }
+
+    /// The higher the number, the farther the cubes are from standing on one another: none, then one, then all fall.
+    fn starts(world: &World) -> Vec<Pose> {
+        let placed = |candidate: usize| {
+            let shift = Vec3::new(0.031, 0.004, 0.013) * candidate as f32;
+            let turn = Quat::from_rotation_y(0.07 * candidate as f32) * Quat::from_rotation_x(0.02 * candidate as f32);
+            let moved = move |(body, pose): (usize, &Pose)| {
+                Pose::new(turn * pose.rotation, pose.translation + body as f32 * shift)
+            };
+            world.start.iter().enumerate().map(moved)
+        };
+        (0..CANDIDATES).flat_map(placed).collect()
+    }
+
+    /// Bits of all candidates' motion and what went wrong, simulated so many at once.
+    fn simulated(world: &World, level: Level, at_once: usize) -> Vec<(Vec<u8>, Status)> {
+        let settings = SimSettings { steps: 40, ..Default::default() };
+        let narrow = Separator::new(settings.narrow_phase, &world.hulls);
+        let mut group = Group::solved_by(Solver::new(level), world, at_once);
+        let mut all = Vec::new();
+        for placed in starts(world).chunks(at_once * world.bodies.len()) {
+            group.start(placed);
+            if let Some(lost) = LOST.checked_sub(all.len()).and_then(|lost| group.candidates_mut().get_mut(lost)) {
+                lost.velocities[1].linear = Vec3::new(0.0, -3e38, 1e38);
+            }
+            for _ in 0..settings.steps {
+                group.step(world, &settings, &narrow);
+            }
+            all.extend(group.candidates().iter().map(|candidate| {
+                let poses: &[u8] = bytemuck::cast_slice(&candidate.poses);
+                let velocities: &[u8] = bytemuck::cast_slice(&candidate.velocities);
+                ([poses, velocities].concat(), candidate.status)
+            }));
+        }
+        all
+    }
+
+    #[test]
+    fn company_and_processor_change_no_bit() {
+        let world = world();
+        let alone = simulated(&world, Level::new(), 1);
+        assert!(alone.windows(2).all(|two| two[0] != two[1]), "the candidates must differ");
+        for (candidate, (_, status)) in alone.iter().enumerate() {
+            assert_eq!(status.intersects(Status::NOT_FINITE), candidate == LOST, "candidate {candidate}");
+        }
+        for (level, at_once) in [(Level::new(), 2), (Level::new(), 7), (Level::new(), 8), (Level::baseline(), 8)] {
+            let together = simulated(&world, level, at_once);
+            for (candidate, (one, other)) in alone.iter().zip(&together).enumerate() {
+                assert_eq!(one.1, other.1, "candidate {candidate}, {at_once} at once");
+                assert!(candidate == LOST || one.0 == other.0, "candidate {candidate}, {at_once} at once, {level:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! What the solver reads at a substep's start and writes at its end.
+
+use super::lanes::{Vector, splat};
+use super::rows::{Aim, Friction, Moving, Normal, Row};
+use super::{Softness, Wide};
+use crate::cpu::integrate::Turning;
+use crate::cpu::simulate::Workspace;
+use crate::world::{
+    Body, Pose, SimSettings,
+    constants::{PATCH_LOAD_RATE, POINT_LOAD_RATE},
+};
+use fearless_simd::prelude::*;
+use glam::{Mat3, Vec3};
+
+impl<S: Simd> Wide<S> {
+    #[inline(always)]
+    pub fn load(&mut self, bodies: &[Body], settings: &SimSettings, soft: &Softness, candidates: &[Workspace]) {
+        self.load_bodies(bodies, candidates);
+        self.union.gather(candidates.iter().map(Workspace::contacts), bodies);
+        self.load_rows(settings, soft);
+    }
+
+    #[inline(always)]
+    fn load_bodies(&mut self, bodies: &[Body], candidates: &[Workspace]) {
+        self.bodies.clear();
+        self.bodies.resize(bodies.len() + 1, Moving::ground(self.simd));
+        for (index, (moving, body)) in self.bodies.iter_mut().zip(bodies).enumerate() {
+            moving.inverse_mass = body.inverse_mass;
+            for (lane, candidate) in candidates.iter().enumerate() {
+                let (pose, velocity) = (&candidate.poses[index], &candidate.velocities[index]);
+                let turn = Mat3::from_quat(pose.rotation);
+                let inverse_inertia = turn * Mat3::from_diagonal(body.inverse_inertia) * turn.transpose();
+                moving.origin.set_lane(lane, pose.translation);
+                moving.linear.set_lane(lane, velocity.linear);
+                moving.angular.set_lane(lane, velocity.angular);
+                moving.inverse_inertia.set_lane(lane, inverse_inertia);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn load_rows(&mut self, settings: &SimSettings, soft: &Softness) {
+        let simd = self.simd;
+        self.normals.clear();
+        self.frictions.clear();
+        for patch in &mut self.union.patches {
+            let touched = patch.present().to_bitmask() as u32;
+            self.bodies[patch.a as usize].touched |= touched;
+            self.bodies[patch.b as usize].touched |= touched;
+            let (a, b) = (&self.bodies[patch.a as usize], &self.bodies[patch.b as usize]);
+            let arms = |point: Vector<S>| [point - a.origin, point - b.origin];
+            let center = arms(patch.center);
+            let tangents = patch.tangents();
+            let points = &self.union.points[patch.points()];
+            // The rows are in the order of the patches, which the points were not.
+            patch.first = self.normals.len() as u32;
+            for (k, point) in points.iter().enumerate() {
+                let row = Row::along(point.normal, arms(point.point), a, b).only(patch.having(k));
+                let to_center = point.point - patch.center;
+                let start = point.separation - settings.rest_offset;
+                self.normals.push(Normal {
+                    start,
+                    lever: to_center.dot(to_center).sqrt(),
+                    impulse: point.impulse,
+                    load: point.load,
+                    aim: Aim::new(start, row.mass, settings, soft),
+                    row,
+                });
+            }
+            let mut friction = Friction {
+                tangents: tangents.map(
+                    #[inline(always)]
+                    |axis| Row::along(axis, center, a, b),
+                ),
+                arms: center,
+                twist: Row::about(patch.normal, a, b),
+                passed: Vector::splat(simd, Vec3::ZERO),
+                impulse: [patch.friction.dot(tangents[0]), patch.friction.dot(tangents[1]), patch.twist],
+                limit: splat(simd, 0.0),
+                twist_limit: splat(simd, 0.0),
+            };
+            friction.bound(patch, &self.normals[patch.points()], settings.friction);
+            self.frictions.push(friction);
+        }
+    }
+
+    /// Writes the impulses into the contacts, and the loads that they carry after a substep of `dt`.
+    #[inline(always)]
+    pub fn hand_over(&self, dt: f32, candidates: &mut [Workspace]) {
+        let patch_share = (PATCH_LOAD_RATE * dt).min(1.0);
+        let point_share = (POINT_LOAD_RATE * dt).min(1.0);
+        for (friction, wide) in self.frictions.iter().zip(&self.union.patches) {
+            let [u, v, twist] = friction.impulse;
+            let tangential = friction.tangents[0].axis * u + friction.tangents[1].axis * v;
+            let normals = &self.normals[wide.points()];
+            for (lane, own, turns) in wide.owners() {
+                let contacts = &mut candidates[lane].contacts;
+                let patch = &mut contacts.patches[own];
+                patch.friction = tangential.lane(lane);
+                patch.twist = twist[lane];
+                let points = &mut contacts.points[patch.first as usize..][..turns.len()];
+                let carried = |turn: usize| (normals[turn].impulse[lane], normals[turn].load[lane]);
+                let excess = turns.iter().map(|&turn| carried(turn)).map(|(impulse, load)| impulse - load);
+                let mean = excess.sum::<f32>() / turns.len() as f32;
+                for (contact, &turn) in points.iter_mut().zip(turns) {
+                    let (impulse, load) = carried(turn);
+                    let own = impulse - load - mean;
+                    contact.impulse = impulse;
+                    contact.load = load + patch_share * mean + point_share * own;
+                }
+            }
+        }
+    }
+
+    /// Writes the substep's motion into the poses and velocities.
+    #[inline(always)]
+    pub fn integrate(&self, bodies: &[Body], dt: f32, candidates: &mut [Workspace]) {
+        for (index, (moving, body)) in self.bodies.iter().zip(bodies).enumerate() {
+            if body.is_static() {
+                continue;
+            }
+            for (lane, candidate) in candidates.iter_mut().enumerate() {
+                let pose = &mut candidate.poses[index];
+                let turning = Turning {
+                    inverse_inertia: body.inverse_inertia,
+                    old: pose.rotation,
+                    spin: moving.angular.lane(lane),
+                    turn: moving.turn.lane(lane),
+                    touched: moving.touched >> lane & 1 == 1,
+                };
+                let (rotation, spin) = turning.end(dt);
+                *pose = Pose::new(rotation, pose.translation + moving.shift.lane(lane));
+                let velocity = &mut candidate.velocities[index];
+                (velocity.linear, velocity.angular) = (moving.linear.lane(lane), spin);
+            }
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! The sweeps of a small step over all contacts, and the motion between them.
+
+use super::lanes::{Mask, Number, at_least, splat, within};
+use super::rows::{Aim, Friction, Normal, Pair, Row};
+use super::union::WidePatch;
+use super::{Softness, Wide};
+use crate::world::{
+    Body, SimSettings,
+    constants::{ARM_TOLERANCE, MAX_RELAXING_SWEEPS, PUSHING_SWEEPS, RELAXED_SPEED},
+};
+use fearless_simd::prelude::*;
+
+impl<S: Simd> Wide<S> {
+    /// All small steps of a substep of so many `candidates`.
+    #[inline(always)]
+    pub fn small_steps(&mut self, bodies: &[Body], settings: &SimSettings, soft: &Softness, candidates: usize) {
+        let simd = self.simd;
+        let h = settings.small_step();
+        let all = Mask::from_bitmask(simd, (1 << candidates) - 1);
+        for _ in 0..settings.position_iterations.max(1) {
+            simd.vectorize(
+                #[inline(always)]
+                || {
+                    self.accelerate(bodies, settings, h);
+                    self.warm_start();
+                },
+            );
+            for sweep in 0..PUSHING_SWEEPS {
+                self.sweep_friction(all);
+                self.sweep_normals::<true>(settings, sweep % 2 == 1, all);
+            }
+            simd.vectorize(
+                #[inline(always)]
+                || {
+                    self.advance(h);
+                    self.follow();
+                    self.measure(settings, soft);
+                },
+            );
+            let mut restless = all;
+            for _ in 0..MAX_RELAXING_SWEEPS {
+                self.sweep_friction(restless);
+                let largest = self.sweep_normals::<false>(settings, false, restless);
+                restless &= !largest.simd_lt(RELAXED_SPEED);
+                if restless.all_false() {
+                    break;
+                }
+            }
+        }
+        for _ in 1..settings.velocity_iterations {
+            self.sweep_friction(all);
+            self.sweep_normals::<false>(settings, false, all);
+        }
+    }
+
+    #[inline(always)]
+    fn accelerate(&mut self, bodies: &[Body], settings: &SimSettings, h: f32) {
+        let linear = 1.0 / (1.0 + h * settings.linear_damping);
+        let angular = 1.0 / (1.0 + h * settings.angular_damping);
+        for (moving, body) in self.bodies.iter_mut().zip(bodies) {
+            if !body.is_static() {
+                moving.linear = moving.linear.plus_y(h * settings.gravity) * linear;
+                moving.angular = moving.angular * angular;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn warm_start(&mut self) {
+        let Self { simd, bodies, union, frictions, normals } = self;
+        for (patch, f) in union.patches.iter().zip(&*frictions) {
+            let before = Pair::of(*simd, bodies, patch.a, patch.b);
+            let mut pair = before;
+            let [u, v, twist] = f.impulse;
+            pair.push(&f.tangents[0], u);
+            pair.push(&f.tangents[1], v);
+            pair.push(&f.twist, twist);
+            pair.or(patch.present(), before).store(bodies, patch.a, patch.b);
+        }
+        for patch in &union.patches {
+            let before = Pair::of(*simd, bodies, patch.a, patch.b);
+            let mut after = before;
+            let points = &normals[patch.points()];
+            // Each candidate's points in their own order, which is not that of the rows.
+            for turns in patch.orders() {
+                let mut pair = before;
+                for &turn in turns {
+                    pair.push(&points[turn].row, points[turn].impulse);
+                }
+                after = pair.or(patch.of_size(turns.len()), after);
+            }
+            after.store(bodies, patch.a, patch.b);
+        }
+    }
+
+    /// Coulomb: the tangential impulse stays in the disk of radius μ times the patch's normal impulse, the twist below
+    /// what the points' friction can resist about the centre.
+    #[inline(always)]
+    fn sweep_friction(&mut self, moving: Mask<S>) {
+        self.simd.vectorize(
+            #[inline(always)]
+            || {
+                for (patch, f) in self.union.patches.iter().zip(&mut self.frictions) {
+                    let solved = patch.present() & moving;
+                    if solved.all_false() {
+                        continue;
+                    }
+                    let before = Pair::of(self.simd, &self.bodies, patch.a, patch.b);
+                    let mut pair = before;
+                    f.solve(&mut pair, solved);
+                    pair.or(solved, before).store(&mut self.bodies, patch.a, patch.b);
+                }
+            },
+        );
+    }
+
+    /// One sweep over all patches, one way or the other: with springs overlap is pushed out, without only approach is
+    /// stopped. What is still apart may come no closer than touching. Gives the largest change of a contact's relative
+    /// speed, m/s.
+    #[inline(always)]
+    fn sweep_normals<const SPRINGS: bool>(
+        &mut self,
+        settings: &SimSettings,
+        backwards: bool,
+        moving: Mask<S>,
+    ) -> Number<S> {
+        self.simd.vectorize(
+            #[inline(always)]
+            || {
+                let Self { simd, bodies, union, frictions, normals } = self;
+                let mut largest = splat(*simd, 0.0);
+                let count = union.patches.len();
+                for i in 0..count {
+                    let i = if backwards { count - 1 - i } else { i };
+                    let patch = &union.patches[i];
+                    let solved = patch.present() & moving;
+                    if solved.all_false() {
+                        continue;
+                    }
+                    let before = Pair::of(*simd, bodies, patch.a, patch.b);
+                    let mut pair = before;
+                    let points = &mut normals[patch.points()];
+                    for k in 0..points.len() {
+                        let n = &mut points[if backwards { points.len() - 1 - k } else { k }];
+                        if SPRINGS {
+                            n.solve_spring(&mut pair);
+                        } else {
+                            let speed = n.solve_rigid(&mut pair, solved);
+                            largest = speed.simd_gt(largest).select(speed, largest);
+                        }
+                    }
+                    if !SPRINGS {
+                        frictions[i].bound(patch, points, settings.friction);
+                        pair = pair.or(solved, before);
+                    }
+                    pair.store(bodies, patch.a, patch.b);
+                }
+                largest
+            },
+        )
+    }
+
+    /// Moves the bodies by their velocities.
+    #[inline(always)]
+    fn advance(&mut self, h: f32) {
+        for moving in &mut self.bodies {
+            moving.shift += moving.linear * h;
+            moving.turn += moving.angular * h;
+        }
+    }
+
+    /// Separations where the bodies are now.
+    #[inline(always)]
+    fn measure(&mut self, settings: &SimSettings, soft: &Softness) {
+        for patch in &self.union.patches {
+            let (a, b) = (&self.bodies[patch.a as usize], &self.bodies[patch.b as usize]);
+            for n in &mut self.normals[patch.points()] {
+                n.aim = Aim::new(n.start + n.row.moved(a, b), n.row.mass, settings, soft);
+            }
+        }
+    }
+
+    /// Two free bodies that have moved past each other push at a common point again, half-way: else their impulses would
+    /// turn the pair. On something fixed a contact's points go with the body that moves.
+    #[inline(always)]
+    fn follow(&mut self) {
+        for (patch, f) in self.union.patches.iter().zip(&mut self.frictions) {
+            let (a, b) = (&self.bodies[patch.a as usize], &self.bodies[patch.b as usize]);
+            if a.inverse_mass == 0.0 || b.inverse_mass == 0.0 {
+                continue;
+            }
+            let passed = b.shift - a.shift;
+            let since = passed - f.passed;
+            let far = patch.present() & !since.dot(since).simd_lt(ARM_TOLERANCE * ARM_TOLERANCE);
+            if far.all_false() {
+                continue;
+            }
+            let by = since * 0.5;
+            f.passed = passed.or(far, f.passed);
+            f.arms = [(f.arms[0] + by).or(far, f.arms[0]), (f.arms[1] - by).or(far, f.arms[1])];
+            for row in &mut f.tangents {
+                *row = Row::along(row.axis, f.arms, a, b).or(far, row);
+            }
+            for (k, n) in self.normals[patch.points()].iter_mut().enumerate() {
+                n.row = n.row.shifted(by, a, b).only(patch.having(k)).or(far, &n.row);
+            }
+        }
+    }
+}
+
+impl<S: Simd> Friction<S> {
+    #[inline(always)]
+    fn solve(&mut self, pair: &mut Pair<S>, solved: Mask<S>) {
+        let [old_u, old_v, old_twist] = self.impulse;
+        let wanted = old_twist - self.twist.mass * pair.relative(&self.twist);
+        let twist = within(wanted, self.twist_limit);
+        pair.push(&self.twist, twist - old_twist);
+        let [u, v] = &self.tangents;
+        let mut new_u = old_u - u.mass * pair.relative(u);
+        let mut new_v = old_v - v.mass * pair.relative(v);
+        let length = (new_u * new_u + new_v * new_v).sqrt();
+        let slips = solved & length.simd_gt(self.limit);
+        // A branch, because the processor goes on without the root and the quotient while it guesses that nothing slips.
+        if slips.any_true() {
+            let scale = slips.select(self.limit / length, splat(length.token(), 1.0));
+            (new_u, new_v) = (new_u * scale, new_v * scale);
+        }
+        pair.push(u, new_u - old_u);
+        pair.push(v, new_v - old_v);
+        self.impulse = [solved.select(new_u, old_u), solved.select(new_v, old_v), solved.select(twist, old_twist)];
+    }
+
+    /// Takes over what the points' impulses allow.
+    #[inline(always)]
+    pub fn bound(&mut self, patch: &WidePatch<S>, points: &[Normal<S>], coefficient: f32) {
+        for turns in patch.orders() {
+            let (mut sum, mut twist) = (points[turns[0]].impulse, points[turns[0]].impulse * points[turns[0]].lever);
+            for &turn in &turns[1..] {
+                let n = &points[turn];
+                sum += n.impulse;
+                twist += n.impulse * n.lever;
+            }
+            let here = patch.of_size(turns.len());
+            self.limit = here.select(sum * coefficient, self.limit);
+            self.twist_limit = here.select(twist * coefficient, self.twist_limit);
+        }
+    }
+}
+
+impl<S: Simd> Normal<S> {
+    #[inline(always)]
+    fn solve_spring(&mut self, pair: &mut Pair<S>) {
+        let Aim { spring_bias, spring_mass, leak, .. } = self.aim;
+        let total = self.total(pair, spring_bias, spring_mass, leak);
+        let change = total - self.impulse;
+        pair.push(&self.row, change);
+        self.impulse = total;
+    }
+
+    /// Gives the change of the contact's relative speed, m/s.
+    #[inline(always)]
+    fn solve_rigid(&mut self, pair: &mut Pair<S>, solved: Mask<S>) -> Number<S> {
+        let total = self.total(pair, self.aim.rigid_bias, self.row.mass, splat(self.impulse.token(), 0.0));
+        let total = solved.select(total, self.impulse);
+        let change = total - self.impulse;
+        pair.push(&self.row, change);
+        self.impulse = total;
+        change.abs() / self.row.mass
+    }
+
+    /// The impulse that meets the aim. Nought where a candidate has no such point, because there is no mass.
+    #[inline(always)]
+    fn total(&self, pair: &Pair<S>, bias: Number<S>, mass: Number<S>, leak: Number<S>) -> Number<S> {
+        let correction = mass * (pair.relative(&self.row) + bias);
+        let total = self.impulse - correction - leak * (self.impulse - self.load);
+        at_least(total, splat(total.token(), 0.0))
+    }
+}
