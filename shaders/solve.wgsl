@@ -132,7 +132,9 @@ fn sweep_friction(bodies: u32, slots: u32, count: u32) {
         let axis = tangent(at.normal);
         let u = row_along(axis, friction.arm_a, friction.arm_b);
         let v = row_along(cross(at.normal, axis), friction.arm_a, friction.arm_b);
-        let wanted = old.xy - vec2(friction.mass_u * relative(&pair, u), friction.mass_v * relative(&pair, v));
+        // One mass for both, or what slides would be drawn aside, towards the tangent of the larger one.
+        let mass = min(friction.mass_u, friction.mass_v);
+        let wanted = old.xy - vec2(mass * relative(&pair, u), mass * relative(&pair, v));
         let size = length(wanted);
         let tangential = wanted * select(1.0, limit / size, size > limit);
         push(&pair, u, tangential.x - old.x);

@@ -5,10 +5,13 @@ use crate::common::{Scenario, box_inertia, cuboid, run, sliced_ball};
 use glam::{Quat, Vec3};
 use rest3d_gpu::world::{Backend, Pose};
 
-/// A fixed slope through (0, 30, 0) that rises along +x, with a body on it: its parts, its mass and inertia, and its
-/// height above the slope.
-fn on_slope(degrees: f32, part: Vec<Vec<Vec3>>, mass: f32, inertia: Vec3, height: f32) -> Scenario {
-    let slope = Quat::from_rotation_z(degrees.to_radians());
+/// A slope that rises along +x.
+fn rising(degrees: f32) -> Quat {
+    Quat::from_rotation_z(degrees.to_radians())
+}
+
+/// A fixed slope through (0, 30, 0) with a body on it: its parts, its mass and inertia, and its height above the slope.
+fn on_slope(slope: Quat, part: Vec<Vec<Vec3>>, mass: f32, inertia: Vec3, height: f32) -> Scenario {
     let at = |local: Vec3| slope * local + Vec3::Y * 30.0;
     let mut s = Scenario::default();
     s.fixed(vec![cuboid(Vec3::new(20.0, 0.5, 2.0))], at(Vec3::Y * -0.5), slope);
@@ -16,13 +19,14 @@ fn on_slope(degrees: f32, part: Vec<Vec<Vec3>>, mass: f32, inertia: Vec3, height
     s
 }
 
-fn box_on_slope(degrees: f32, half: Vec3) -> Scenario {
-    on_slope(degrees, vec![cuboid(half)], 1.0, box_inertia(1.0, half), half.y)
+fn box_on_slope(slope: Quat, half: Vec3) -> Scenario {
+    on_slope(slope, vec![cuboid(half)], 1.0, box_inertia(1.0, half), half.y)
 }
 
 pub fn friction_cone(backend: &dyn Backend) {
     for settings in both(backend, 60).map(undamped) {
-        let slid = |degrees: f32| drift(backend, &box_on_slope(degrees, Vec3::new(0.2, 0.05, 0.2)), &settings, 0).moved;
+        let half = Vec3::new(0.2, 0.05, 0.2);
+        let slid = |degrees: f32| drift(backend, &box_on_slope(rising(degrees), half), &settings, 0).moved;
         let held = slid(44.0);
         measured("slid in 1 s at 44°, m", held, 0);
         assert!(held < 1e-3, "44° must hold, slid {held} m");
@@ -36,12 +40,27 @@ pub fn friction_cone(backend: &dyn Backend) {
     }
 }
 
+/// Friction has no directions of its own: whichever way a slope faces, an oblong box slides straight down.
+pub fn what_slides_goes_straight_down(backend: &dyn Backend) {
+    for settings in both(backend, 60) {
+        for (degrees, turned) in [(46.0, 15f32), (50.0, 45.0), (50.0, 60.0), (60.0, 15.0)] {
+            let slope = Quat::from_rotation_y(turned.to_radians()) * rising(degrees);
+            let world = box_on_slope(slope, Vec3::new(0.2, 0.05, 0.15)).world();
+            let states = run(backend, &world, &settings);
+            let way = states[59].0[1].translation - world.start[1].translation;
+            let (down, aside) = (way.dot(slope * -Vec3::X), way.dot(slope * Vec3::Z).abs());
+            measured(&format!("aside of {down} m down {degrees}°, turned by {turned}°, m"), aside, 0);
+            assert!(aside < 1e-3 * down, "{degrees}°, turned by {turned}°: {aside} m aside of {down} m");
+        }
+    }
+}
+
 pub fn a_block_tips_at_its_aspect(backend: &dyn Backend) {
     let half = Vec3::new(0.1, 0.2, 0.1);
     let limit = (half.x / half.y).atan().to_degrees();
     for settings in both(backend, 240) {
         for (degrees, tips) in [(limit - 0.5, false), (limit + 0.5, true)] {
-            let found = drift(backend, &box_on_slope(degrees, half), &settings, 0);
+            let found = drift(backend, &box_on_slope(rising(degrees), half), &settings, 0);
             measured(&format!("turn of a block at {degrees}° of {limit}°, rad"), found.turned, tips);
             assert_eq!(found.turned > 0.5, tips, "at {degrees}° of {limit}°: {found:?}");
             assert!(tips || found.moved < 1e-3, "at {degrees}° of {limit}°: {found:?}");
@@ -84,7 +103,7 @@ pub fn a_ball_rolls(backend: &dyn Backend) {
     let (radius, degrees) = (0.5f32, 10.0f32);
     for settings in both(backend, 60).map(undamped) {
         let inertia = Vec3::splat(0.4 * radius * radius);
-        let s = on_slope(degrees, sliced_ball(radius, 24, 7), 1.0, inertia, radius);
+        let s = on_slope(rising(degrees), sliced_ball(radius, 24, 7), 1.0, inertia, radius);
         let world = s.world();
         let states = run(backend, &world, &settings);
         let (poses, velocities) = &states[59];

@@ -79,6 +79,7 @@ macro_rules! physics_suite {
             ]
             closed_forms: [
                 friction_cone,
+                what_slides_goes_straight_down,
                 a_block_tips_at_its_aspect,
                 an_overhang_tips_when_its_centre_passes_the_edge,
                 a_lever_weighs_half_a_percent,

@@ -117,6 +117,9 @@ impl Motion {
     fn of_scene(scene: &Scene, rigs: &[Rig]) -> Self {
         let world = standing(scene, rigs);
         let placed = world.start.clone();
+        if !scene.room.walls.is_empty() {
+            say(format_args!("note: walls are not simulated; an object that is not movable can stand for one"));
+        }
         Self { world, objects: (0..rigs.len()).collect(), placed, lift: 0.0, settings: SimSettings::default() }
     }
 }

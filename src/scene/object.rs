@@ -42,7 +42,9 @@ pub(super) fn read<'a>(context: &mut Context<'a>, i: usize, value: &'a Value) ->
     }
     let fields = fields.named(name);
     if Root::from_name(name).is_some() {
-        return Err(fields.error("name", "the name is reserved for a part of the room", "rename the object"));
+        let remark = "as a parent it means a part of the room, not this object";
+        let warning = fields.error("name", remark, "rename the object if anything rests on it").to_string();
+        context.warnings.push(warning);
     }
     fields.unknown("objects[].", &KNOWN, &mut context.unknown);
     let mesh = fields.text("mesh")?.ok_or_else(|| fields.missing("mesh", "name a GLB, glTF, OBJ, PLY or STL file"))?;

@@ -5,7 +5,8 @@
 //! by the shortest way. Horizontal faces that are tight already stay where they are: they are feet, tops and boards.
 
 use super::ShapeSettings;
-use super::hull::{Hull, plane_sides};
+use super::divide::cut;
+use super::hull::Hull;
 use super::reduce::{Levels, reduce};
 use glam::{Vec3, Vec4};
 
@@ -84,9 +85,7 @@ pub(super) fn fit(hulls: Vec<Hull>, levels: &Levels, budget: usize, settings: &S
 fn halves(hull: &Hull) -> [Option<Hull>; 2] {
     let (low, high) = hull.bounds();
     let extent = high - low;
-    let axis = Vec3::AXES.into_iter().fold(Vec3::X, |best, a| if a.dot(extent) > best.dot(extent) { a } else { best });
-    let (below, above) = plane_sides(&hull.vertices, &hull.edges(), axis, axis.dot(0.5 * (low + high)));
-    [Hull::new(&below), Hull::new(&above)]
+    cut(hull, Vec3::AXES.into_iter().fold(Vec3::X, |best, a| if a.dot(extent) > best.dot(extent) { a } else { best }))
 }
 
 /// `hull` with its vertices moved so that it covers `full`; as far as that goes without spikes.

@@ -10,6 +10,7 @@ mod category;
 mod convex_hull;
 mod cover;
 mod decompose;
+mod divide;
 mod eigen;
 mod hull;
 mod inside;
@@ -49,7 +50,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 16";
+const ALGORITHM: &str = "shape 17";
 /// Parts of an `Alternative`.
 const ALTERNATIVE_PARTS: usize = 16;
 /// Vertices farther from the mesh's origin than this lose millimetres to rounding, m.
@@ -381,11 +382,7 @@ fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, settings: &Shap
         decompose::decompose(&triangles, &solid, &levels, budget, settings, &mut notes)
     } else {
         let points: Vec<Vec<Vec3>> = given.iter().map(|g| corners(g).into_iter().flatten().collect()).collect();
-        points
-            .iter()
-            .enumerate()
-            .filter_map(|(i, points)| ready_made(i, points, &levels, settings, &mut notes))
-            .collect()
+        points.iter().enumerate().flat_map(|(i, points)| ready_made(i, points, &levels, settings, &mut notes)).collect()
     };
     largest_first(&mut hulls);
     let axes = hull::principal_directions(triangles.as_flattened());
@@ -411,27 +408,29 @@ fn largest_first(hulls: &mut [Hull]) {
     hulls.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
 }
 
-/// The hull of a ready-made part, with notes on what had to be changed.
+/// The hull of a ready-made part, in pieces if it has too many vertices, with notes on what had to be changed.
 fn ready_made(
     number: usize,
     points: &[Vec3],
     levels: &Levels,
     settings: &ShapeSettings,
     notes: &mut Vec<String>,
-) -> Option<Hull> {
-    let hull = Hull::new(points)?;
+) -> Vec<Hull> {
+    let Some(hull) = Hull::new(points) else { return Vec::new() };
     let size = (levels.high - levels.low).max(hull.bounds().1.distance(hull.bounds().0));
     let depth = points.iter().map(|&p| -hull.excess(p)).fold(0.0, f32::max);
     if depth > 1e-3 * size {
         notes.push(format!("convex_parts[{number}] is not convex: its hull is used"));
     }
-    if hull.vertices.len() <= settings.max_vertices {
-        return Some(hull);
+    let (most, corners) = (settings.max_vertices, hull.vertices.len());
+    if corners <= most {
+        return vec![hull];
     }
-    notes.push(format!(
-        "convex_parts[{number}] has {} vertices: reduced to {}",
-        hull.vertices.len(),
-        settings.max_vertices
-    ));
-    Some(reduce::reduce(&hull, levels, settings.max_vertices, settings.max_vertices))
+    let pieces = divide::divide(hull, most);
+    if pieces.iter().all(|piece| piece.vertices.len() <= most) {
+        notes.push(format!("convex_parts[{number}] has {corners} vertices: cut into {} parts", pieces.len()));
+        return pieces;
+    }
+    notes.push(format!("convex_parts[{number}] has {corners} vertices: {} parts cover it", pieces.len()));
+    cover::fit(pieces, levels, 0, settings)
 }

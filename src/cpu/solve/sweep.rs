@@ -1,6 +1,6 @@
 //! The sweeps of a small step over all contacts, and the motion between them.
 
-use super::lanes::{Mask, Number, at_least, splat, within};
+use super::lanes::{Mask, Number, at_least, at_most, splat, within};
 use super::rows::{Aim, Friction, Normal, Pair, Row};
 use super::union::WidePatch;
 use super::{Softness, Wide};
@@ -216,8 +216,10 @@ impl<S: Simd> Friction<S> {
         let twist = within(wanted, self.twist_limit);
         pair.push(&self.twist, twist - old_twist);
         let [u, v] = &self.tangents;
-        let mut new_u = old_u - u.mass * pair.relative(u);
-        let mut new_v = old_v - v.mass * pair.relative(v);
+        // One mass for both, or what slides would be drawn aside, towards the tangent of the larger one.
+        let mass = at_most(u.mass, v.mass);
+        let mut new_u = old_u - mass * pair.relative(u);
+        let mut new_v = old_v - mass * pair.relative(v);
         let length = (new_u * new_u + new_v * new_v).sqrt();
         let slips = solved & length.simd_gt(self.limit);
         // A branch, because the processor goes on without the root and the quotient while it guesses that nothing slips.
