@@ -23,7 +23,7 @@ use glam::{DQuat, Vec3};
 /// Copies that a round looks at.
 const COPIES: u32 = 32;
 
-/// Most rounds.
+/// Most rounds; one that finds nothing better is the last.
 const ROUNDS: u32 = 3;
 
 /// Standard deviation of the shift of an object that fails: m, horizontal and vertical; and of its turn about each axis, rad.
@@ -78,10 +78,11 @@ impl<'a> Opinions<'a> {
             let mut trials = self.judge(self.settled(0, &copies)?, &at_first)?;
             let mixed = [mixed(&best, &trials, |object, pose| self.distance(object, pose))];
             trials.extend(self.judge(self.settled(0, &mixed)?, &at_first)?);
-            trials.retain(|trial| trial.failing.len() < best.failing.len());
-            trials.push(best);
-            best =
-                trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).expect("the last best one is among them");
+            trials.retain(|trial| trial.failing.len() < best.failing.len() && trial.cost < best.cost);
+            match trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) {
+                Some(better) => best = better,
+                None => break,
+            }
         }
         *layout = best.layout;
         Ok(())
