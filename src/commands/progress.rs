@@ -82,7 +82,7 @@ impl SearchProgress {
             }
             Event::Settling => self.stage("settling to rest"),
             Event::Reconsidering { failing } => {
-                self.stage(&format!("searching once more for {failing} that do not stand with other convex parts"));
+                self.stage(&format!("searching once more: {failing} would fall with other convex parts"));
             }
             Event::Parting => self.stage("parting the meshes"),
             Event::Verifying => self.stage("checking the result"),
