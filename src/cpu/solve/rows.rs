@@ -240,3 +240,29 @@ impl<S: Simd> Pair<S> {
         (body.linear, body.angular) = (self.linear_b, self.angular_b);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fearless_simd::{Level, dispatch};
+
+    /// Minus nought is what the velocities of things at rest often are, and a sum with +0 would make it +0.
+    #[test]
+    fn a_row_without_effect_keeps_the_sign_of_nought() {
+        dispatch!(Level::new(), simd => keeps_signs(simd));
+    }
+
+    fn keeps_signs<S: Simd>(simd: S) {
+        let nought = Vector::splat(simd, Vec3::splat(-0.0));
+        let mut body = Moving::ground(simd);
+        (body.linear, body.angular, body.inverse_mass) = (nought, nought, 1.0);
+        let bodies = [body, body];
+        let mut pair = Pair::of(simd, &bodies, 0, 1);
+        let zero = Vector::splat(simd, Vec3::ZERO);
+        let nobody = Mask::from_bitmask(simd, 0);
+        pair.push(&Row::new(zero, zero, zero, &bodies[0], &bodies[1]).only(nobody), splat(simd, 0.0));
+        for velocity in [pair.linear_a, pair.angular_a, pair.linear_b, pair.angular_b] {
+            assert!(velocity.lane(0).to_array().iter().all(|v| v.to_bits() == (-0.0f32).to_bits()));
+        }
+    }
+}
