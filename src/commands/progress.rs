@@ -82,7 +82,9 @@ impl SearchProgress {
             }
             Event::Settling => self.stage("settling to rest"),
             Event::Reconsidering { failing } => {
-                self.stage(&format!("searching once more: {failing} would fall with other convex parts"));
+                self.stage(&format!(
+                    "searching once more: {failing} would fall with other convex parts or is off its support"
+                ));
             }
             Event::Parting => self.stage("parting the meshes"),
             Event::Verifying => self.stage("checking the result"),

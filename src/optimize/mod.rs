@@ -3,10 +3,12 @@
 //!
 //! The optimizer sees the world through the `Backend` trait and does not know which processor runs it.
 
+mod astray;
 mod baseline;
 mod cem;
 mod checkpoint;
 mod config;
+mod edge;
 mod exact;
 mod finish;
 mod groups;

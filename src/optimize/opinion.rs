@@ -1,10 +1,12 @@
 //! A second opinion: what stands only on the facets of one decomposition does not stand in an engine with another.
 //!
 //! The settled layout is let go with both decompositions of its meshes. What falls with either is searched once more, with
-//! a wider spread; what only rocks is not, because round things rest on other facets in every engine. Copies of the layout
-//! have those objects shifted and turned at random, about where they are and about where they rest with their other parts.
+//! a wider spread, and so is what has lost its support; what only rocks is not, because round things rest on other facets
+//! in every engine. Copies of the layout have those objects shifted and turned at random, about where they are and about
+//! where they rest with their other parts, or where there is room for them near the place at which they were set onto it.
 //! Each copy settles and is let go with both, and so is a mixture in which every object is as in a copy that it stands in.
-//! The one goes on that ends nearest to the reconstruction, with whichever decomposition moves it more, if less falls in it.
+//! The one goes on that ends nearest to the reconstruction, with whichever decomposition moves it more, if less falls in it;
+//! an object on its support is worth any way.
 
 use super::{
     Event, Observer,
@@ -13,6 +15,7 @@ use super::{
     rig::Rig,
     run::Run,
     settle::settle,
+    support,
     verify::{Motion, verify},
 };
 use crate::cpu::sample::sample;
@@ -36,11 +39,27 @@ type Layout = Vec<scene::Pose>;
 /// A layout at rest, and what both decompositions make of it.
 struct Trial {
     layout: Layout,
-    /// Objects that fall with either, or have fallen.
+    /// Objects that fall with either, have fallen or have lost their support.
     failing: Vec<usize>,
+    /// Those that have lost their support.
+    lost: Vec<usize>,
+    /// Those, and those that have fallen.
+    astray: Vec<usize>,
     /// How far the objects are from the reconstruction and how much farther they go when let go, as the layout term weighs
     /// it.
     cost: f64,
+}
+
+impl Trial {
+    /// How many objects have lost their support, and how many fail.
+    fn failures(&self) -> (usize, usize) {
+        (self.lost.len(), self.failing.len())
+    }
+
+    /// True if objects are back on their supports, or less fails and all are nearer to the reconstruction.
+    fn improves(&self, other: &Self) -> bool {
+        self.lost.len() < other.lost.len() || self.failures() < other.failures() && self.cost < other.cost
+    }
 }
 
 /// One decomposition of all meshes.
@@ -78,8 +97,9 @@ impl<'a> Opinions<'a> {
             let mut trials = self.judge(self.settled(0, &copies)?, &at_first)?;
             let mixed = [mixed(&best, &trials, |object, pose| self.distance(object, pose))];
             trials.extend(self.judge(self.settled(0, &mixed)?, &at_first)?);
-            trials.retain(|trial| trial.failing.len() < best.failing.len() && trial.cost < best.cost);
-            match trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) {
+            trials.retain(|trial| trial.improves(&best));
+            let order = |a: &Trial, b: &Trial| a.failures().cmp(&b.failures()).then(a.cost.total_cmp(&b.cost));
+            match trials.into_iter().min_by(order) {
                 Some(better) => best = better,
                 None => break,
             }
@@ -99,13 +119,18 @@ impl<'a> Opinions<'a> {
     }
 
     /// Copies of a layout in which what fails is shifted and turned, in every other one from where it rests with its other
-    /// parts.
+    /// parts. What has fallen or lost its support is set onto it again.
     fn copies(&self, trial: &Trial, round: u32) -> Result<Vec<Layout>, BackendError> {
         let elsewhere = self.settled(1, std::slice::from_ref(&trial.layout))?.swap_remove(0);
+        let places: Vec<Layout> =
+            trial.astray.iter().map(|&object| self.run.free_places(object, &trial.layout)).collect();
         let copy = |copy| {
             let mut layout = trial.layout.clone();
             if copy % 2 == 1 {
                 trial.failing.iter().for_each(|&object| layout[object] = elsewhere[object]);
+            }
+            for (&object, places) in trial.astray.iter().zip(&places) {
+                layout[object] = *places.get(copy as usize * places.len() / COPIES as usize).unwrap_or(&layout[object]);
             }
             self.perturb(&mut layout, &trial.failing, round, copy);
             layout
@@ -170,11 +195,21 @@ impl<'a> Opinions<'a> {
                 has_fallen(&layout[object], &input[object]) && !has_fallen(&at_first[object], &input[object])
             };
             let moving = || self.group.moving().map(|(_, object)| object);
-            let failing = moving().filter(|&object| fails[object] || fallen(object)).collect();
+            let unsupported = self.unsupported(&layout);
+            let lost: Vec<usize> = moving().filter(|&object| unsupported[object]).collect();
+            let astray: Vec<usize> = moving().filter(|&object| fallen(object) || unsupported[object]).collect();
+            let failing = moving().filter(|&object| fails[object] || astray.contains(&object)).collect();
             let cost = moving().map(|object| self.distance(object, &layout[object]) + farther[object]).sum();
-            Trial { failing, cost, layout }
+            Trial { failing, lost, astray, cost, layout }
         };
         Ok(layouts.into_iter().zip(fails).zip(farther).map(trial).collect())
+    }
+
+    /// True for what has lost its support.
+    fn unsupported(&self, layout: &Layout) -> Vec<bool> {
+        let Run { scene, rigs, .. } = self.run;
+        let bodies: Vec<Pose> = rigs.iter().zip(layout).map(|(rig, pose)| rig.body(pose)).collect();
+        support::lost(scene, rigs, &bodies)
     }
 
     /// How far an object is from its reconstruction, as the layout term weighs it.

@@ -16,7 +16,7 @@ use super::upright::{lean, upright};
 use super::{groups::carry, rig::Rig, settle::settle};
 use crate::scene::{self, Parent, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
-use crate::world::{Backend, BackendError, BodyDef, STATIC, SimSettings, World, angle_between};
+use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, World, angle_between};
 use glam::Vec3;
 use parry3d::math::Pose as Isometry;
 use parry3d::shape::ConvexPolyhedron;
@@ -61,17 +61,17 @@ const LEAN: Range<f64> = 0.017..0.35;
 const MAX_SLIDE: f32 = 0.05;
 
 /// Where an object left alone on its parent ends, and how far from where it was left.
-struct Rest {
-    pose: scene::Pose,
+pub(super) struct Rest {
+    pub pose: scene::Pose,
     /// rad.
-    turn: f32,
+    pub turn: f32,
     /// m.
-    slide: f32,
+    pub slide: f32,
 }
 
 impl Rest {
     /// False if it fell over or slid away.
-    fn stays(&self) -> bool {
+    pub fn stays(&self) -> bool {
         self.turn < MAX_TURN && self.slide < MAX_SLIDE
     }
 }
@@ -99,7 +99,15 @@ impl Seat<'_> {
                 continue;
             }
             self.settle_height(object, layout);
-            let left_alone = self.rest(object, None, layout)?;
+            let mut left_alone = self.rest(object, None, layout)?;
+            if !self.is_borne(object, left_alone.as_ref(), layout) && self.move_inwards(object, layout)? {
+                left_alone = self.rest(object, None, layout)?;
+            }
+            if let Some(rest) = left_alone.as_ref().filter(|rest| self.is_borne(object, Some(rest), layout))
+                && self.move_from_edge(object, rest.stays(), layout)?
+            {
+                left_alone = self.rest(object, None, layout)?;
+            }
             if let Some(rest) = left_alone.as_ref().filter(|rest| rest.stays()) {
                 self.carry(object, rest.pose, layout);
                 continue;
@@ -160,12 +168,12 @@ impl Seat<'_> {
         Ok(rest.is_some())
     }
 
-    fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
+    pub(super) fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
         carry(self.scene, object, pose, layout, |child| !self.scene.is_static(child));
     }
 
     /// Shifts the object to the height at which it rests.
-    fn settle_height(&self, object: usize, layout: &mut [scene::Pose]) {
+    pub(super) fn settle_height(&self, object: usize, layout: &mut [scene::Pose]) {
         let shift = self.shift(object, layout);
         let on_ground = matches!(self.scene.objects[object].parent, Parent::Root(_));
         if on_ground || shift.abs() <= MAX_SHIFT {
@@ -192,9 +200,19 @@ impl Seat<'_> {
 
     /// Where the object comes to rest alone on its held parent, or at a wall; none if that cannot be simulated.
     fn rest(&self, object: usize, wall: Option<BodyDef>, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
+        Ok(self.rests(object, wall, layout, &[layout[object]])?.remove(0))
+    }
+
+    /// The same for several poses of the object.
+    pub(super) fn rests(
+        &self,
+        object: usize,
+        wall: Option<BodyDef>,
+        layout: &[scene::Pose],
+        poses: &[scene::Pose],
+    ) -> Result<Vec<Option<Rest>>, BackendError> {
         let rig = &self.rigs[object];
-        let start = rig.body(&layout[object]);
-        let mut defs = vec![rig.def(0, start, start)];
+        let mut defs = vec![rig.def(0, rig.body(&layout[object]), rig.body(&layout[object]))];
         if let Parent::Object(parent) = self.scene.objects[object].parent {
             let held = self.rigs[parent].body(&layout[parent]);
             defs.push(self.rigs[parent].def(STATIC, held, held));
@@ -202,15 +220,17 @@ impl Seat<'_> {
         defs.extend(wall);
         let world = World::new(&defs, &[0]);
         let settings = SettleSettings { max_seconds: REST_SECONDS, ..self.settings.clone() };
-        let settled = settle(self.backend, &world, self.simulation, &settings, &world.start)?;
-        Ok(settled.usable[0].then(|| {
-            let end = settled.poses[0];
-            Rest {
-                pose: rig.object(&end),
-                turn: angle_between(end.rotation, start.rotation),
-                slide: (end.translation - start.translation).with_y(0.0).length(),
-            }
-        }))
+        let start = |pose| [rig.body(pose)].into_iter().chain(world.start[1..].iter().copied());
+        let starts: Vec<Pose> = poses.iter().flat_map(start).collect();
+        let settled = settle(self.backend, &world, self.simulation, &settings, &starts)?;
+        let bodies = world.start.len();
+        let ends = starts.chunks_exact(bodies).zip(settled.poses.chunks_exact(bodies));
+        let rest = |(start, end): (&[Pose], &[Pose])| Rest {
+            pose: rig.object(&end[0]),
+            turn: angle_between(end[0].rotation, start[0].rotation),
+            slide: (end[0].translation - start[0].translation).with_y(0.0).length(),
+        };
+        Ok(ends.zip(settled.usable).map(|(ends, usable)| usable.then(|| rest(ends))).collect())
     }
 }
 

@@ -1,28 +1,35 @@
 //! Does everything still stand on what the scene says it stands on?
 //!
-//! An object is borne by its parent if their parts are within `REACH` of each other, or if it touches a sibling that is
-//! borne: the second book of a pile stands on the desk through the first.
+//! An object is borne by its parent if it touches it from above, or if it so touches a sibling that is borne: the second
+//! book of a pile stands on the desk through the first. What leans against the side of a table, or hangs over its edge down to
+//! the ground, is not on the table. Only
+//! what hangs on its parent or is fastened to it may touch it from anywhere.
 
 use super::rig::Rig;
-use crate::scene::{Parent, Root, Scene};
+use crate::scene::{Parent, Relation, Root, Scene};
 use crate::world::Pose;
+use glam::Vec3;
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::Pose as Isometry;
-use parry3d::query::distance;
+use parry3d::query::{Contact, contact};
 use parry3d::shape::{ConvexPolyhedron, Shape};
 
 /// Largest gap between an object and what bears it, m.
 const REACH: f32 = 0.005;
 
+/// Smallest upward share of the direction in which what bears an object pushes it (about 15° above the horizontal).
+const UPWARD: f32 = 0.25;
+
 /// One object's parts where they are.
-struct Placed {
+pub(super) struct Placed {
     pose: Isometry,
     parts: Vec<(ConvexPolyhedron, Aabb)>,
     lowest: f32,
 }
 
 impl Placed {
-    fn new(rig: &Rig, pose: &Pose) -> Self {
+    /// For a pose of the body.
+    pub fn new(rig: &Rig, pose: &Pose) -> Self {
         let isometry = Isometry::from_parts(pose.translation, pose.rotation);
         let parts = rig.parts.iter().filter_map(|part| ConvexPolyhedron::from_convex_hull(part));
         Self {
@@ -37,11 +44,28 @@ impl Placed {
         }
     }
 
-    fn reaches(&self, other: &Self) -> bool {
+    /// True if the other touches this from above and does not stand with a foot on the ground below; or for what hangs or is
+    /// attached, if it touches this anywhere.
+    pub fn bears(&self, other: &Self, relation: Relation) -> bool {
+        let from_anywhere = matches!(relation, Relation::Hanging | Relation::Attached);
+        let on_ground = other.lowest <= REACH;
         self.parts.iter().any(|(a, box_a)| {
-            other.parts.iter().any(|(b, box_b)| {
-                box_a.intersects(box_b)
-                    && distance(&self.pose, a, &other.pose, b).is_ok_and(|gap| gap.distance <= REACH)
+            other.parts.iter().filter(|(_, box_b)| box_a.intersects(box_b)).any(|(b, _)| {
+                let touch = contact(&self.pose, a, &other.pose, b, REACH).ok().flatten();
+                let from_above =
+                    |touch: Contact| touch.normal1.y >= UPWARD && !(on_ground && touch.point1.y > other.lowest + REACH);
+                touch.is_some_and(|touch| from_anywhere || from_above(touch))
+            })
+        })
+    }
+
+    /// True if this, moved by `shift`, reaches deeper than `depth` (m) into the other.
+    pub fn overlaps(&self, shift: Vec3, other: &Self, depth: f32) -> bool {
+        let pose = Isometry::from_parts(self.pose.translation + shift, self.pose.rotation);
+        self.parts.iter().any(|(a, box_a)| {
+            let moved = box_a.translated(shift);
+            other.parts.iter().filter(|(_, box_b)| moved.intersects(box_b)).any(|(b, _)| {
+                contact(&pose, a, &other.pose, b, 0.0).ok().flatten().is_some_and(|touch| touch.dist < -depth)
             })
         })
     }
@@ -53,7 +77,7 @@ pub(super) fn lost(scene: &Scene, rigs: &[Rig], poses: &[Pose]) -> Vec<bool> {
     let placed: Vec<Placed> = rigs.iter().zip(poses).map(|(rig, pose)| Placed::new(rig, pose)).collect();
     let count = scene.objects.len();
     let borne_directly = |i: usize| match scene.objects[i].parent {
-        Parent::Object(parent) => placed[i].reaches(&placed[parent]),
+        Parent::Object(parent) => placed[parent].bears(&placed[i], scene.objects[i].relation),
         Parent::Root(Root::Wall | Root::Ceiling) => true,
         Parent::Root(Root::Ground | Root::GroundWall) => placed[i].lowest <= REACH,
     };
@@ -62,7 +86,7 @@ pub(super) fn lost(scene: &Scene, rigs: &[Rig], poses: &[Pose]) -> Vec<bool> {
     while let Some(bearer) = fresh.pop() {
         for i in 0..count {
             let siblings = scene.objects[i].parent == scene.objects[bearer].parent;
-            if !borne[i] && siblings && placed[i].reaches(&placed[bearer]) {
+            if !borne[i] && siblings && placed[bearer].bears(&placed[i], scene.objects[i].relation) {
                 borne[i] = true;
                 fresh.push(i);
             }

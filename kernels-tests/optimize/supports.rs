@@ -1,0 +1,119 @@
+//! What stands, what has fallen, and what is off its support.
+
+use crate::fixture::*;
+use glam::{DVec3, Quat, Vec3};
+use rest3d_gpu::cpu::CpuBackend;
+use rest3d_gpu::optimize::{Config, ObjectOutcome, run};
+use rest3d_gpu::scene::Parent;
+
+#[test]
+fn lost_support_is_seen() {
+    let mut boxes = Boxes::default();
+    let size = Vec3::splat(0.2);
+    let table = boxes.add("table", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
+    let on = Parent::Object(table);
+    boxes.add("near", on, size, DVec3::new(-0.3, 0.504, 0.0));
+    boxes.add("far", on, size, DVec3::new(0.0, 0.506, 0.0));
+    boxes.add("first book", on, size, DVec3::new(0.3, 0.5, 0.0));
+    boxes.add("second book", on, size, DVec3::new(0.3, 0.702, 0.0));
+    boxes.add("on the floor", on, size, DVec3::new(2.0, 0.0, 0.0));
+    boxes.add("floats", GROUND, size, DVec3::new(3.0, 0.02, 0.0));
+    let rug = boxes.add("rug", GROUND, Vec3::new(1.0, 0.02, 1.0), DVec3::new(5.0, 0.0, 0.0));
+    boxes.add("chair on the rug", GROUND, size, DVec3::new(5.0, 0.02, 0.0));
+    boxes.add("picture", WALL, size, DVec3::new(8.0, 1.0, 0.0));
+    boxes.add("beside it", on, size, DVec3::new(0.601, 0.0, 0.3));
+    let thin = boxes.add("thin rug", GROUND, Vec3::new(1.0, 0.003, 1.0), DVec3::new(5.0, 0.0, 2.0));
+    boxes.add("chair on the thin rug", Parent::Object(thin), size, DVec3::new(5.0, 0.003, 2.0));
+    // Its lower face passes through the table's edge, and a corner of it stands on the ground.
+    let plank = boxes.add("plank over the edge", on, Vec3::new(1.2, 0.02, 0.1), DVec3::new(0.4, 0.5, -0.3));
+    boxes.turn(plank, -0.8, DVec3::new(0.5728, 0.4394, -0.3));
+    boxes.objects[rug].movable = false;
+    let outcome = simple(&boxes, &Fake::default(), &frozen());
+    let lost: Vec<&str> = (boxes.objects.iter().zip(&outcome.objects))
+        .filter(|(_, outcome)| outcome.lost_support)
+        .map(|(object, _)| object.name)
+        .collect();
+    assert_eq!(lost, ["far", "on the floor", "floats", "beside it", "plank over the edge"]);
+}
+
+/// What becomes of a crate of 20 cm whose middle is at `x` on a table that ends at 0.5 m.
+fn crate_at(x: f64) -> ObjectOutcome {
+    let mut boxes = Boxes::default();
+    let stone = boxes.add("stone", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
+    boxes.objects[stone].movable = false;
+    let object = boxes.add("crate", Parent::Object(stone), Vec3::splat(0.2), DVec3::new(x, 0.5, 0.1));
+    let config = Config { seat: true, ..frozen() };
+    let outcome = run(&boxes.scene(), &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+    outcome.objects[object].clone()
+}
+
+#[test]
+fn what_would_fall_off_its_support_is_moved_inwards() {
+    for (x, least, most) in [(0.4, 0.0, 1e-3), (0.495, 0.005, 0.012), (0.53, 0.03, 0.065), (0.6, 0.1, 0.16)] {
+        let object = crate_at(x);
+        assert!(object.stable && !object.fallen && !object.lost_support, "at {x} m: {object:?}");
+        assert!((least..=most).contains(&object.moved), "at {x} m: {object:?}");
+    }
+    let object = crate_at(0.9);
+    assert!(object.lost_support, "{object:?}");
+}
+
+#[test]
+fn what_the_search_pushed_off_its_support_is_set_onto_it_again() {
+    let mut boxes = Boxes::default();
+    let table = boxes.add("table", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
+    let cup = boxes.add("cup", Parent::Object(table), Vec3::splat(0.1), DVec3::Y * 0.5);
+    let stone = boxes.add("stone", GROUND, Vec3::splat(0.2), DVec3::new(0.11, 0.5, 0.0));
+    boxes.objects[table].movable = false;
+    boxes.objects[stone].movable = false;
+    let backend = Fake { slide: Vec3::X * 0.8, ..Default::default() };
+    let with = |second_opinion| simple(&boxes, &backend, &Config { second_opinion, ..frozen() }).objects[cup].clone();
+    assert!(with(false).lost_support);
+    let object = with(true);
+    // The stone leaves it no room where it was, by 4 cm.
+    assert!(!object.lost_support && (0.035..0.06).contains(&object.moved), "{object:?}");
+}
+
+#[test]
+fn what_tumbles_is_fallen_and_unstable() {
+    let boxes = room();
+    let check = |config: &Config, angle: f32| -> ObjectOutcome {
+        let backend = Fake { tumble: Some((3, Quat::from_rotation_x(angle))), ..Default::default() };
+        simple(&boxes, &backend, config).objects[3].clone()
+    };
+    let mut unsettled = frozen();
+    unsettled.settle.max_seconds = 0.0;
+    // In the check alone. The angle is exact to f32 rounding.
+    let chair = check(&unsettled, 0.6);
+    assert!(chair.fallen && !chair.stable && chair.turned < 1e-6 && (chair.drift_turn - 0.6).abs() < 1e-6, "{chair:?}");
+    let chair = check(&unsettled, 0.2);
+    assert!(!chair.fallen && !chair.stable, "{chair:?}");
+    let chair = check(&unsettled, 0.05);
+    assert!(!chair.fallen && chair.stable, "{chair:?}");
+    // While settling too.
+    let chair = check(&frozen(), 0.55);
+    assert!(chair.fallen && (chair.turned - 0.55).abs() < 1e-6, "{chair:?}");
+}
+
+/// A crate at the edge of a stone block, which stands with its own parts and tips with the others, whose centre of mass is
+/// 20 mm farther out.
+#[test]
+fn what_stands_on_one_decomposition_only_is_searched_again() {
+    let mut boxes = Boxes::default();
+    let stone = boxes.add("stone", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
+    boxes.objects[stone].movable = false;
+    let at_edge = DVec3::new(0.49, 0.5, 0.0);
+    let crate_ = boxes.add("crate", Parent::Object(stone), Vec3::splat(0.2), at_edge);
+    let mass = &mut boxes.shapes[crate_].alternative.mass;
+    mass.center += mass.axes * Vec3::X * 0.02;
+    let with = |second_opinion: bool| {
+        let config = Config { second_opinion, ..frozen() };
+        let outcome = run(&boxes.scene(), &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+        outcome.objects[crate_].clone()
+    };
+    let object = with(false);
+    assert!(object.stable && !object.stable_otherwise && object.moved < 1e-3, "{object:?}");
+    let object = with(true);
+    assert!(object.stable && object.stable_otherwise && !object.fallen && !object.lost_support, "{object:?}");
+    assert!(object.moved < 0.05, "{object:?}");
+}

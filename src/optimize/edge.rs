@@ -1,0 +1,106 @@
+//! What falls off its support is moved inwards, as little as need be: reconstructions put cups and fruit beyond the edge of
+//! the table that they stand on.
+
+use super::seat::{Rest, Seat};
+use super::support::Placed;
+use crate::scene::{self, Parent};
+use crate::world::BackendError;
+use glam::DVec3;
+use std::f64::consts::TAU;
+
+/// Distances that are tried, one after the other, m. What is farther off than the last is not at an edge: it has a wrong
+/// parent.
+const DISTANCES: [f64; 8] = [0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2];
+
+/// Directions that are tried.
+const DIRECTIONS: u32 = 16;
+
+/// An object that stays shall also stay when it is put so much farther to any side, m: it is not to stand on the very edge.
+const MARGIN: f64 = 0.01;
+
+impl Seat<'_> {
+    /// True if an object that came to rest so still stands on its parent object; also if it has none.
+    pub(super) fn is_borne(&self, object: usize, rest: Option<&Rest>, layout: &[scene::Pose]) -> bool {
+        let Parent::Object(parent) = self.scene.objects[object].parent else {
+            return true;
+        };
+        let placed = |object: usize, pose| Placed::new(&self.rigs[object], &self.rigs[object].body(pose));
+        let relation = self.scene.objects[object].relation;
+        rest.is_some_and(|rest| placed(parent, &layout[parent]).bears(&placed(object, &rest.pose), relation))
+    }
+
+    /// Moves an object, with everything on it, sideways to the nearest place where it stays on its parent. False, and left
+    /// as it was, if there is none.
+    pub(super) fn move_inwards(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
+        for distance in DISTANCES {
+            let near: Vec<DVec3> = directions().map(|along| along * distance).collect();
+            let inside: Vec<DVec3> = directions().map(|along| along * (distance + MARGIN)).collect();
+            let first = self.staying(object, false, layout, &near)?;
+            if first.iter().all(Option::is_none) {
+                continue;
+            }
+            let second = self.staying(object, false, layout, &inside)?;
+            let both = first.into_iter().zip(second).filter_map(|(near, inside)| near.and(inside));
+            let Some((place, _)) = both.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+                continue;
+            };
+            self.carry(object, place, layout);
+            return Ok(true);
+        }
+        Ok(false)
+    }
+
+    /// Moves an object that stays on its parent away from the edge, where there is one within `MARGIN`, with everything on
+    /// it. False, and left as it was, if there is none.
+    /// `still`: it hardly moves where it is, and shall not elsewhere.
+    pub(super) fn move_from_edge(
+        &self,
+        object: usize,
+        still: bool,
+        layout: &mut [scene::Pose],
+    ) -> Result<bool, BackendError> {
+        let aside: Vec<DVec3> = directions().map(|along| along * MARGIN).collect();
+        let falls = self.staying(object, still, layout, &aside)?.into_iter().map(|stays| stays.is_none());
+        let outwards: DVec3 = aside.iter().zip(falls).filter(|(_, falls)| *falls).map(|(shift, _)| *shift).sum();
+        let Some(outwards) = outwards.try_normalize() else {
+            return Ok(false);
+        };
+        let [inside] = &self.staying(object, still, layout, &[outwards * -MARGIN])?[..] else { return Ok(false) };
+        if let Some((place, _)) = inside {
+            self.carry(object, *place, layout);
+        }
+        Ok(inside.is_some())
+    }
+
+    /// Where an object is when set down after each shift, and how far from there it comes to rest, m; none where it does
+    /// not stay on its parent, or is to be `still` and is not.
+    fn staying(
+        &self,
+        object: usize,
+        still: bool,
+        layout: &[scene::Pose],
+        shifts: &[DVec3],
+    ) -> Result<Vec<Option<(scene::Pose, f32)>>, BackendError> {
+        let set_down = |shift: &DVec3| {
+            let mut moved = layout.to_vec();
+            moved[object].translation += *shift;
+            self.settle_height(object, &mut moved);
+            moved[object]
+        };
+        let places: Vec<scene::Pose> = shifts.iter().map(set_down).collect();
+        let rests = self.rests(object, None, layout, &places)?;
+        let stays = |(place, rest): (scene::Pose, Option<Rest>)| {
+            let rest = rest.filter(|rest| self.is_borne(object, Some(rest), layout) && (rest.stays() || !still))?;
+            Some((place, rest.slide))
+        };
+        Ok(places.into_iter().zip(rests).map(stays).collect())
+    }
+}
+
+/// Horizontal unit vectors all round.
+pub(super) fn directions() -> impl Iterator<Item = DVec3> {
+    (0..DIRECTIONS).map(|i| {
+        let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
+        DVec3::new(cos, 0.0, sin)
+    })
+}
