@@ -20,11 +20,12 @@
 @group(0) @binding(4) var<storage, read> patch_counts: array<u32>;
 @group(0) @binding(5) var<storage, read> frictions: array<Friction>;
 @group(0) @binding(6) var<storage, read> normals: array<Normal>;
-@group(0) @binding(7) var<storage, read_write> patches: array<Patch>;
-@group(0) @binding(8) var<storage, read_write> contacts: array<Contact>;
-@group(0) @binding(9) var<storage, read_write> poses: array<Pose>;
-@group(0) @binding(10) var<storage, read_write> velocities: array<Velocity>;
-@group(0) @binding(11) var<storage, read_write> statuses: array<u32>;
+@group(0) @binding(7) var<storage, read> cursors: array<Cursor>;
+@group(0) @binding(8) var<storage, read_write> patches: array<Patch>;
+@group(0) @binding(9) var<storage, read_write> contacts: array<Contact>;
+@group(0) @binding(10) var<storage, read_write> poses: array<Pose>;
+@group(0) @binding(11) var<storage, read_write> velocities: array<Velocity>;
+@group(0) @binding(12) var<storage, read_write> statuses: array<u32>;
 
 fn turned(rotation: vec4<f32>, turn: vec3<f32>) -> vec4<f32> {
     return unit_rotation(compose(from_scaled_axis(turn), rotation));
@@ -119,7 +120,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         // A number that is not finite in the rotation is in the angular velocity, too.
         finite = finite && all_finite(at) && all_finite(state.linear) && all_finite(end.spin);
     }
-    statuses[candidate] |= select(STATUS_NOT_FINITE, 0u, finite);
+    // More patches than the solver was run for.
+    let is_solved = cursors[candidate].step == sim.small_steps;
+    statuses[candidate] |= select(STATUS_NOT_FINITE, 0u, finite) | select(STATUS_CONTACTS, 0u, is_solved);
     let slots = candidate * sim.contacts;
     let patch_share = min(PATCH_LOAD_RATE * sim.substep, 1.0);
     let point_share = min(POINT_LOAD_RATE * sim.substep, 1.0);

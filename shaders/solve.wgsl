@@ -1,4 +1,5 @@
-// Kernel `solve`: all small steps of a substep, one invocation a candidate, patch after patch.
+// Kernel `solve`: the small steps of a substep, one invocation a candidate, patch after patch. It is run again until all
+// are done: Mesa's software driver ends every loop once those of an invocation have gone round 65,535 times, without a word.
 //
 // The order is `src/cpu/solve/`': accelerate, warm start, friction, soft normals, advance, follow, then friction and
 // rigid normals until nothing approaches any more. Both kinds of sweep are one loop, because software drivers compile
@@ -20,6 +21,10 @@ const TAU: f32 = 6.2831853;
 @group(0) @binding(4) var<storage, read_write> moving: array<Moving>;
 @group(0) @binding(5) var<storage, read_write> frictions: array<Friction>;
 @group(0) @binding(6) var<storage, read_write> normals: array<Normal>;
+@group(0) @binding(7) var<storage, read_write> cursors: array<Cursor>;
+
+// Most patches of the workgroup's candidates, which go through their loops together.
+var<workgroup> most_patches: atomic<u32>;
 
 // Two bodies while their constraints are solved.
 struct Pair {
@@ -230,25 +235,58 @@ fn follow(bodies: u32, slots: u32, count: u32) {
     }
 }
 
+// How many small steps, and how many sweeps of each, are within `Sim::loops`. As `gpu::solver::rounds`.
+fn portion(patches: u32, longest: u32) -> vec2<u32> {
+    let sweep = 2u * (1u + MAX_MANIFOLD_POINTS) * patches;
+    let beginning = (4u + 2u * MAX_MANIFOLD_POINTS) * patches + 2u * batch.bodies;
+    let steps = sim.loops / (longest * sweep + beginning + 1u);
+    let sweeps = (sim.loops - min(sim.loops, beginning)) / (sweep + 1u);
+    return vec2(max(steps, 1u), clamp(sweeps, 1u, longest));
+}
+
 @compute @workgroup_size(WORKGROUP)
-fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
     let candidate = invocation(id, workgroups);
-    if (candidate >= batch.candidates) {
+    let is_spare = candidate >= batch.candidates;
+    let count = select(min(patch_counts[min(candidate, batch.candidates - 1u)], sim.contacts), 0u, is_spare);
+    if (lane == 0u) {
+        atomicStore(&most_patches, 0u);
+    }
+    workgroupBarrier();
+    atomicMax(&most_patches, count);
+    workgroupBarrier();
+    if (is_spare) {
         return;
     }
     let bodies = candidate * (batch.bodies + 1u);
     let slots = candidate * sim.contacts;
-    let count = min(patch_counts[candidate], sim.contacts);
-    for (var i = slots; i < slots + count; i++) {
-        moving[first_body(patches[i], bodies)].touched = 1u;
-        moving[bodies + patches[i].b].touched = 1u;
-    }
-    for (var step = 0u; step < sim.small_steps; step++) {
-        accelerate(bodies);
-        warm_start(bodies, slots, count);
-        let extra = select(0u, max(sim.velocity_iterations, 1u) - 1u, step + 1u == sim.small_steps);
-        var end = PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + extra;
-        for (var sweep = 0u; sweep < end; sweep++) {
+    let extra = max(sim.velocity_iterations, 1u) - 1u;
+    let longest = PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + extra;
+    let most = portion(atomicLoad(&most_patches), longest);
+    var at = cursors[candidate];
+    for (var turn = 0u; turn < most.x; turn++) {
+        if (at.step >= sim.small_steps) {
+            break;
+        }
+        let extra_now = select(0u, extra, at.step + 1u == sim.small_steps);
+        if (at.sweep == 0u) {
+            for (var i = slots; i < slots + count; i++) {
+                moving[first_body(patches[i], bodies)].touched = 1u;
+                moving[bodies + patches[i].b].touched = 1u;
+            }
+            accelerate(bodies);
+            warm_start(bodies, slots, count);
+            at.end = PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + extra_now;
+        }
+        let pause = min(at.end, at.sweep + most.y);
+        for (var sweep = at.sweep; sweep < pause; sweep++) {
+            if (sweep >= at.end) {
+                break;
+            }
             let soft = sweep < PUSHING_SWEEPS;
             if (sweep == PUSHING_SWEEPS) {
                 advance(bodies);
@@ -257,7 +295,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             sweep_friction(bodies, slots, count);
             let largest = sweep_normals(bodies, slots, count, soft, soft && sweep % 2u == 1u);
             // Relaxed: only the sweeps that are made in any case remain.
-            end = select(end, min(end, sweep + 1u + extra), !soft && largest < RELAXED_SPEED);
+            at.end = select(at.end, min(at.end, sweep + 1u + extra_now), !soft && largest < RELAXED_SPEED);
+            at.sweep = sweep + 1u;
+        }
+        if (at.sweep >= at.end) {
+            at.sweep = 0u;
+            at.step++;
         }
     }
+    cursors[candidate] = at;
 }

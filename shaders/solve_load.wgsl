@@ -19,6 +19,7 @@ const PATCH_LANES: u32 = 32u;
 @group(0) @binding(6) var<storage, read> contacts: array<Contact>;
 @group(0) @binding(7) var<storage, read_write> frictions: array<Friction>;
 @group(0) @binding(8) var<storage, read_write> normals: array<Normal>;
+@group(0) @binding(9) var<storage, read_write> cursors: array<Cursor>;
 
 // Where the patch carries its load: the mean of its points, weighted by their last impulses; unweighted at first.
 fn center_of_pressure(first: u32, count: u32) -> vec3<f32> {
@@ -41,6 +42,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let candidate = index / PATCH_LANES;
     if (candidate >= batch.candidates) {
         return;
+    }
+    if (index % PATCH_LANES == 0u) {
+        cursors[candidate] = Cursor();
     }
     let slots = candidate * sim.contacts;
     let first_body = candidate * batch.bodies;

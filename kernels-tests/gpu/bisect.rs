@@ -36,7 +36,7 @@ const STAGES: [(&str, std::ops::Range<usize>); 7] = [
     ("aligned_faces clip_faces single_points passing", 7..11),
     ("ground", 11..12),
     ("merge contact_starts emit", 12..15),
-    ("solve_bodies solve_load solve integrate", 15..19),
+    ("solve_bodies solve_load solve integrate", 15..usize::MAX),
 ];
 const BOXES: usize = 0;
 const LISTS: usize = 1;

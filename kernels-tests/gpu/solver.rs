@@ -8,13 +8,15 @@ use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::contacts::{Contact, Patch};
 use rest3d_gpu::cpu::{Group, Workspace, narrow_phase::Separator};
-use rest3d_gpu::gpu::{Batch, Motion, Recorder, Sim, Solver, Touching};
+use rest3d_gpu::gpu::{Batch, Motion, Recorder, Sim, Solver, Touching, rounds};
 use rest3d_gpu::gpu::{Contact as GpuContact, Patch as GpuPatch};
 use rest3d_gpu::world::{Pose, SimSettings, Status, Velocity, World};
 
 pub const TESTS: &[Test] = &[
     ("solver::is_its_twin", is_its_twin),
     ("solver::gives_the_same_bits_again", gives_the_same_bits_again),
+    ("solver::goes_on_where_it_stopped", goes_on_where_it_stopped),
+    ("solver::tells_what_is_not_done", tells_what_is_not_done),
     ("solver::tells_what_is_not_finite", tells_what_is_not_finite),
 ];
 
@@ -176,13 +178,24 @@ impl Tables {
 /// Runs a substep in tables of the given parity; compares with what is expected, if anything.
 fn solved(
     device: &Device,
-    (world, settings, parity): (&World, &SimSettings, usize),
+    how: (&World, &Sim, usize),
     before: &Tables,
     after: Option<&Tables>,
 ) -> Result<(Vec<Pose>, Vec<u32>), Failed> {
+    solved_in(device, how, before, after, usize::MAX)
+}
+
+/// The same, with kernel `solve` run so often at most.
+fn solved_in(
+    device: &Device,
+    (world, parameters, parity): (&World, &Sim, usize),
+    before: &Tables,
+    after: Option<&Tables>,
+    runs: usize,
+) -> Result<(Vec<Pose>, Vec<u32>), Failed> {
     let candidates = before.counts.len() as u32;
     let batch = device.input(&[Batch::new(world, candidates)])?;
-    let sim = device.input(&[Sim::new(settings, world.capacities)])?;
+    let sim = device.input(&[*parameters])?;
     let bodies = device.input(&world.bodies)?;
     let poses = device.input(&before.poses)?;
     let velocities = device.input(&before.velocities)?;
@@ -195,13 +208,18 @@ fn solved(
     let used = Touching { counts: &counts, patches: &patches, contacts: &contacts };
     let idle = Touching { counts: &unused.0, patches: &unused.1, contacts: &unused.2 };
     let roles = if parity == 0 { [used, idle] } else { [idle, used] };
-    let sizes = [candidates, world.bodies.len() as u32, world.capacities.contacts];
-    let solver = Solver::new(&device.gpu, device.kernels()?, sizes, &sim, motion, roles)?;
+    let sizes = [candidates, world.bodies.len() as u32];
+    let solver = Solver::new(&device.gpu, device.kernels()?, sizes, (parameters, &sim), motion, roles)?;
     device.poison(&solver.moving);
     device.poison(&solver.frictions);
     device.poison(&solver.normals);
     let mut recorder = Recorder::new(&device.gpu);
-    solver.solve(&mut recorder, parity);
+    let mut left = runs;
+    recorder.run(solver.steps(parity).iter().filter(|step| {
+        let is_left = step.name != "solve" || left > 0;
+        left -= usize::from(step.name == "solve" && is_left);
+        is_left
+    }));
     recorder.submit();
     if let Some(after) = after {
         let what = format!("{candidates}, parity {parity}");
@@ -217,10 +235,11 @@ fn is_its_twin(device: &Device) -> Result<(), Failed> {
     let world = world();
     for velocity_iterations in [1, 3] {
         let settings = SimSettings { velocity_iterations, ..Default::default() };
+        let sim = Sim::new(&settings, world.capacities);
         let (before, after): (Vec<_>, Vec<_>) = states(&world, &settings)?.into_iter().map(|[b, a]| (b, a)).unzip();
         for (parity, candidates) in SIZES.into_iter().enumerate() {
             let tables = [&before, &after].map(|states| Tables::new(&world, states, candidates));
-            solved(device, (&world, &settings, parity % 2), &tables[0], Some(&tables[1]))?;
+            solved(device, (&world, &sim, parity % 2), &tables[0], Some(&tables[1]))?;
         }
     }
     Ok(())
@@ -231,10 +250,42 @@ fn gives_the_same_bits_again(device: &Device) -> Result<(), Failed> {
     let before: Vec<State> = states(&world, &settings)?.into_iter().map(|[before, _]| before).collect();
     let run = |candidates| {
         let tables = Tables::new(&world, &before, candidates);
-        solved(device, (&world, &settings, 0), &tables, None).map(|(poses, _)| poses)
+        solved(device, (&world, &Sim::new(&settings, world.capacities), 0), &tables, None).map(|(poses, _)| poses)
     };
     let (first, again, fewer) = (run(65)?, run(65)?, run(7)?);
     if first == again && first.starts_with(&fewer) { Ok(()) } else { Err("two runs differ".into()) }
+}
+
+/// However few rounds its loops may take at a time, down to a single sweep.
+fn goes_on_where_it_stopped(device: &Device) -> Result<(), Failed> {
+    let world = world();
+    let settings = SimSettings { velocity_iterations: 3, ..Default::default() };
+    let before: Vec<State> = states(&world, &settings)?.into_iter().map(|[before, _]| before).collect();
+    let tables = Tables::new(&world, &before, 65);
+    let sim = Sim::new(&settings, world.capacities);
+    let (whole, _) = solved(device, (&world, &sim, 0), &tables, None)?;
+    for loops in [0, 3000, 20_000, 200_000] {
+        let sim = Sim { loops, ..sim };
+        let (poses, statuses) = solved(device, (&world, &sim, 0), &tables, None)?;
+        if rounds(&sim, world.bodies.len() as u32) < 2 || poses != whole || statuses.iter().any(|status| *status != 0) {
+            return Err(format!("with {loops} rounds of its loops").into());
+        }
+    }
+    Ok(())
+}
+
+/// Run once too few, as with more patches than slots speak for.
+fn tells_what_is_not_done(device: &Device) -> Result<(), Failed> {
+    let (world, settings) = (world(), SimSettings::default());
+    let before: Vec<State> = states(&world, &settings)?.into_iter().map(|[before, _]| before).collect();
+    let tables = Tables::new(&world, &before, 7);
+    let sim = Sim { loops: 0, ..Sim::new(&settings, world.capacities) };
+    let all = |runs| solved_in(device, (&world, &sim, 0), &tables, None, runs).map(|(_, statuses)| statuses);
+    if all(usize::MAX)?.iter().any(|status| *status != 0) || all(1)?.iter().any(|status| *status != Status::CONTACTS.0)
+    {
+        return Err("a substep is done or not, and the status says otherwise".into());
+    }
+    Ok(())
 }
 
 fn tells_what_is_not_finite(device: &Device) -> Result<(), Failed> {
@@ -242,7 +293,7 @@ fn tells_what_is_not_finite(device: &Device) -> Result<(), Failed> {
     let before: Vec<State> = states(&world, &settings)?.into_iter().map(|[before, _]| before).collect();
     let mut tables = Tables::new(&world, &before, 7);
     tables.velocities[3 * world.bodies.len()].linear.x = f32::INFINITY;
-    let (_, statuses) = solved(device, (&world, &settings, 0), &tables, None)?;
+    let (_, statuses) = solved(device, (&world, &Sim::new(&settings, world.capacities), 0), &tables, None)?;
     let expected: Vec<u32> = (0..7).map(|i| if i == 3 { Status::NOT_FINITE.0 } else { 0 }).collect();
     if statuses == expected { Ok(()) } else { Err(format!("{statuses:?}").into()) }
 }

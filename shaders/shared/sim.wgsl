@@ -20,4 +20,6 @@ struct Sim {
     // Slots of a candidate: hull pairs, and patches as well as contact points.
     hull_pairs: u32,
     contacts: u32,
+    // How often all loops of an invocation together may go round.
+    loops: u32,
 }

@@ -55,6 +55,15 @@ struct Friction {
     impulse: vec3<f32>,
 }
 
+// How far the solver has come with a candidate's substep.
+struct Cursor {
+    // Small steps that are done.
+    step: u32,
+    // Sweeps of the present one that are done, and after how many it ends.
+    sweep: u32,
+    end: u32,
+}
+
 // One scalar constraint between two bodies: the relative velocity of their touching points along `axis`.
 struct Row {
     axis: vec3<f32>,

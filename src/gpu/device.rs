@@ -29,6 +29,10 @@ const OPTIONAL: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES)
     .union(wgpu::Features::PIPELINE_CACHE);
 
+/// How often Mesa's software driver lets all loops of an invocation together go round, less a few: after 65,535 times it ends
+/// every loop, without a word.
+const SOFTWARE_LOOPS: u32 = 65_000;
+
 /// Bytes that one buffer must be able to hold: what WebGPU promises everywhere.
 const LEAST_BINDING: u64 = 128 << 20;
 
@@ -338,6 +342,11 @@ impl Gpu {
     /// The adapter.
     pub fn report(&self) -> &AdapterReport {
         &self.report
+    }
+
+    /// How often all loops of an invocation together may go round.
+    pub fn loops(&self) -> u32 {
+        if self.report.kind == AdapterKind::Software { SOFTWARE_LOOPS } else { u32::MAX }
     }
 
     /// What a search may take.

@@ -144,6 +144,8 @@ pub struct Sim {
     pub hull_pairs: u32,
     /// Slots of a candidate for patches, and as many for contact points.
     pub contacts: u32,
+    /// How often all loops of an invocation together may go round.
+    pub loops: u32,
 }
 
 impl Sim {
@@ -163,6 +165,7 @@ impl Sim {
             friction: settings.friction,
             hull_pairs: capacities.hull_pairs,
             contacts: capacities.contacts,
+            loops: u32::MAX,
         }
     }
 }
@@ -459,6 +462,18 @@ pub struct Friction {
     /// Accumulated along both directions, N s, and about the normal, N m s.
     pub impulse: Vec3,
     pad: u32,
+}
+
+/// How far the solver has come with a candidate's substep.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Cursor {
+    /// Small steps that are done.
+    pub step: u32,
+    /// Sweeps of the present one that are done.
+    pub sweep: u32,
+    /// After how many sweeps it ends.
+    pub end: u32,
 }
 
 // Constants that the shaders name themselves, because their Rust types are none of WGSL's.

@@ -44,6 +44,6 @@ pub use raster::GpuPainter;
 pub use search::GpuSearch;
 pub use self_test::self_test;
 pub use simulation::{Pace, Simulation, State};
-pub use solver::{Solver, Touching};
+pub use solver::{Solver, Touching, rounds};
 pub use tables::Tables;
 pub use timer::Timer;

@@ -4,8 +4,8 @@
 
 use super::contacts::outlines;
 use super::layout::{
-    Ball, Bounds, Contact, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving, Normal, Outline,
-    Patch, Preference, Separation, Sim, Stats, Update, Weights,
+    Ball, Bounds, Contact, Cursor, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving, Normal,
+    Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
 };
 use super::layout::{Batch, Body, Draw, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
 use crate::world::constants::MAX_MANIFOLD_POINTS;
@@ -32,7 +32,7 @@ fn bytes<T>(count: usize) -> u64 {
 }
 
 /// Buffers of `Simulation`, by candidate simulated at a time.
-fn simulation(world: &World) -> [Row; 33] {
+fn simulation(world: &World) -> [Row; 34] {
     let [bodies, pairs, hulls] = [world.bodies.len(), world.pairs.len(), world.hulls.hulls.len()];
     let [hull_pairs, contacts] = [world.capacities.hull_pairs, world.capacities.contacts].map(|n| n as usize);
     let (slots, entries) = (hull_pairs + hulls, pairs + bodies);
@@ -70,6 +70,7 @@ fn simulation(world: &World) -> [Row; 33] {
         ("moving", bytes::<Moving>(bodies + 1)),
         ("normals", bytes::<Normal>(contacts)),
         ("frictions", bytes::<Friction>(contacts)),
+        ("cursors", bytes::<Cursor>(1)),
     ]
 }
 

@@ -169,8 +169,8 @@ impl Simulation {
             patches: &contacts.patches[parity],
             contacts: &contacts.points[parity],
         });
-        let sizes = [candidates, world.bodies.len() as u32, world.capacities.contacts];
-        let solver = Solver::new(gpu, kernels, sizes, &tables.sim, motion, touching)?;
+        let (sizes, sim) = ([candidates, world.bodies.len() as u32], (&tables.parameters, &tables.sim));
+        let solver = Solver::new(gpu, kernels, sizes, sim, motion, touching)?;
         let SimSettings { steps, snapshot_step, .. } = *settings;
         let substeps = settings.substeps.max(1);
         Ok(Self { candidates, state, collide, contacts, solver, steps, substeps, snapshot_step })

@@ -5,10 +5,27 @@ use super::collide::Motion;
 use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
-use super::layout::{Contact, Friction, Moving, Normal, Patch, Sim};
+use super::layout::{Contact, Cursor, Friction, Moving, Normal, Patch, Sim};
+use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_RELAXING_SWEEPS, PUSHING_SWEEPS};
 
 /// Invocations that share a candidate's patches, as in `solve_load`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
+
+/// A candidate has at most one patch for so many slots of contact points, or its slots are doubled as if there were too few.
+const SLOTS_PER_PATCH: u32 = 4;
+
+/// How often kernel `solve` has to be run for a substep of so many bodies: it stops before its loops have gone round
+/// `Sim::loops` times.
+pub fn rounds(sim: &Sim, bodies: u32) -> u32 {
+    let points = MAX_MANIFOLD_POINTS as u64;
+    let [loops, patches, bodies] = [sim.loops, sim.contacts.div_ceil(SLOTS_PER_PATCH), bodies].map(u64::from);
+    let longest = u64::from(PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + sim.velocity_iterations.max(1) - 1);
+    let sweep = 2 * (1 + points) * patches;
+    let beginning = (4 + 2 * points) * patches + 2 * bodies;
+    let steps = (loops / (longest * sweep + beginning + 1)).max(1);
+    let sweeps = (loops.saturating_sub(beginning) / (sweep + 1)).clamp(1, longest);
+    (u64::from(sim.small_steps).div_ceil(steps) * longest.div_ceil(sweeps)) as u32
+}
 
 /// Contacts of a substep: tables that change roles every substep.
 pub struct Touching<'a> {
@@ -29,28 +46,29 @@ pub struct Solver {
     /// By patch, `[candidates][Capacities::contacts]`.
     pub frictions: Buffer<Friction>,
     /// Of even and of odd substeps.
-    steps: [[Step; 4]; 2],
+    steps: [Vec<Step>; 2],
 }
 
 impl Solver {
-    /// Makes the solver's tables for so many candidates, bodies of each and slots for contacts; `touching` for even and for
-    /// odd substeps.
+    /// Makes the solver's tables for so many candidates and bodies of each; `touching` for even and for odd substeps. `sim`
+    /// with its buffer.
     ///
     /// # Errors
     /// If a table is larger than the adapter's buffers.
     pub fn new(
         gpu: &Gpu,
         kernels: &Kernels,
-        [candidates, bodies, contacts]: [u32; 3],
-        sim: &Buffer<Sim>,
+        [candidates, bodies]: [u32; 2],
+        (parameters, sim): (&Sim, &Buffer<Sim>),
         motion: Motion<'_>,
         touching: [Touching<'_>; 2],
     ) -> Result<Self, GpuError> {
         let rows = candidates * (bodies + 1);
-        let slots = candidates as usize * contacts as usize;
+        let slots = candidates as usize * parameters.contacts as usize;
         let moving = Buffer::<Moving>::new(gpu, "moving", rows as usize)?;
         let normals = Buffer::<Normal>::new(gpu, "normals", slots)?;
         let frictions = Buffer::<Friction>::new(gpu, "frictions", slots)?;
+        let cursors = Buffer::<Cursor>::new(gpu, "cursors", candidates as usize)?;
         let start = kernels::SolveBodiesBuffers {
             batch: motion.batch.uniform(),
             bodies: motion.bodies.read(),
@@ -69,6 +87,7 @@ impl Solver {
                 contacts: contacts.read(),
                 frictions: frictions.write(),
                 normals: normals.write(),
+                cursors: cursors.write(),
             };
             let solve = kernels::SolveBuffers {
                 batch: motion.batch.uniform(),
@@ -78,6 +97,7 @@ impl Solver {
                 moving: moving.write(),
                 frictions: frictions.write(),
                 normals: normals.write(),
+                cursors: cursors.write(),
             };
             let integrate = kernels::IntegrateBuffers {
                 batch: motion.batch.uniform(),
@@ -87,18 +107,17 @@ impl Solver {
                 patch_counts: counts.read(),
                 frictions: frictions.read(),
                 normals: normals.read(),
+                cursors: cursors.read(),
                 patches: patches.write(),
                 contacts: contacts.write(),
                 poses: motion.poses.write(),
                 velocities: motion.velocities.write(),
                 statuses: motion.statuses.write(),
             };
-            [
-                start.step(gpu, kernels, rows),
-                load.step(gpu, kernels, candidates * PATCH_LANES),
-                solve.step(gpu, kernels, candidates),
-                integrate.step(gpu, kernels, candidates),
-            ]
+            let mut steps = vec![start.step(gpu, kernels, rows), load.step(gpu, kernels, candidates * PATCH_LANES)];
+            steps.extend((0..rounds(parameters, bodies)).map(|_| solve.step(gpu, kernels, candidates)));
+            steps.push(integrate.step(gpu, kernels, candidates));
+            steps
         });
         Ok(Self { moving, normals, frictions, steps })
     }

@@ -10,6 +10,8 @@ use glam::Vec4;
 #[allow(missing_docs)]
 pub struct Tables {
     pub sim: Buffer<Sim>,
+    /// What is in `sim`.
+    pub parameters: Sim,
     pub hulls: Buffer<Hull>,
     pub vertices: Buffer<Vec4>,
     pub faces: Buffer<Face>,
@@ -26,8 +28,10 @@ impl Tables {
     /// If a table is larger than the adapter's buffers.
     pub fn new(gpu: &Gpu, world: &World, settings: &SimSettings) -> Result<Self, GpuError> {
         let hulls = &world.hulls;
+        let sim = Sim { loops: gpu.loops(), ..Sim::new(settings, world.capacities) };
         Ok(Self {
-            sim: Buffer::from_slice(gpu, "sim", &[Sim::new(settings, world.capacities)])?,
+            sim: Buffer::from_slice(gpu, "sim", &[sim])?,
+            parameters: sim,
             hulls: Buffer::from_slice(gpu, "hulls", &hulls.hulls)?,
             vertices: Buffer::from_slice(gpu, "vertices", &hulls.vertices)?,
             faces: Buffer::from_slice(gpu, "faces", &hulls.faces)?,

@@ -22,7 +22,7 @@ pub(super) struct Settled {
     pub at_rest: bool,
 }
 
-/// Simulates from `starts`, candidate-major, until all are at rest.
+/// Simulates from `starts`, candidate-major, each candidate until it is at rest: it does not depend on the others.
 pub(super) fn settle(
     backend: &dyn Backend,
     world: &World,
@@ -37,19 +37,41 @@ pub(super) fn settle(
         max_push_out: settings.max_push_out,
         ..simulation.clone()
     };
+    let bodies = world.bodies.len().max(1);
     let quiet_steps = steps(REST_SECONDS, damped.dt);
-    let (mut quiet, mut taken) = (0, 0);
-    let mut poses = starts.to_vec();
-    let status = backend.simulate(world, &damped, starts, &mut |_, now, velocities| {
-        poses.copy_from_slice(now);
-        taken += 1;
-        let slow = |v: &Velocity| v.linear.length().max(v.angular.length()) <= settings.rest_speed;
-        quiet = if velocities.iter().all(slow) { quiet + 1 } else { 0 };
-        if quiet >= quiet_steps { Flow::Stop } else { Flow::Continue }
-    })?;
-    let usable = usable(&status, &poses);
-    let seconds = f64::from(taken) * f64::from(damped.dt);
-    Ok(Settled { usable, poses, seconds, at_rest: quiet >= quiet_steps })
+    let slow = |v: &Velocity| v.linear.length().max(v.angular.length()) <= settings.rest_speed;
+    let mut all = Settled { usable: Vec::new(), poses: starts.to_vec(), seconds: 0.0, at_rest: true };
+    let portion = bodies * at_once(backend, world, starts);
+    for (starts, poses) in starts.chunks(portion).zip(all.poses.chunks_mut(portion)) {
+        let mut quiet = vec![0; starts.len() / bodies];
+        let mut taken = 0;
+        let statuses = backend.simulate(world, &damped, starts, &mut |_, now, velocities| {
+            taken += 1;
+            let candidates = poses.chunks_exact_mut(bodies).zip(now.chunks_exact(bodies));
+            for (((poses, now), velocities), quiet) in candidates.zip(velocities.chunks_exact(bodies)).zip(&mut quiet) {
+                if *quiet < quiet_steps {
+                    poses.copy_from_slice(now);
+                    *quiet = if velocities.iter().all(slow) { *quiet + 1 } else { 0 };
+                }
+            }
+            if quiet.iter().all(|quiet| *quiet >= quiet_steps) { Flow::Stop } else { Flow::Continue }
+        })?;
+        all.usable.extend(usable(&statuses, poses));
+        all.seconds = all.seconds.max(f64::from(taken) * f64::from(damped.dt));
+        all.at_rest &= quiet.iter().all(|quiet| *quiet >= quiet_steps);
+    }
+    Ok(all)
+}
+
+/// How many of the candidates the backend simulates at a time when asked for so many.
+pub(super) fn at_once(backend: &dyn Backend, world: &World, starts: &[Pose]) -> usize {
+    let mut asked = (starts.len() / world.bodies.len().max(1)).max(1) as u32;
+    loop {
+        match backend.memory(world, asked).at_once {
+            fewer if fewer < asked && asked > 1 => asked = fewer.max(1),
+            _ => return asked as usize,
+        }
+    }
 }
 
 /// Which candidates have results that mean something.

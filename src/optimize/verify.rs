@@ -2,7 +2,7 @@
 
 use super::config::VerifySettings;
 use super::finish::FALLEN;
-use super::settle::{steps, usable};
+use super::settle::{at_once, steps, usable};
 use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, World, angle_between};
 
 /// What one body did during the check.
@@ -52,17 +52,22 @@ pub(super) fn verify(
     let simulation = SimSettings { steps: steps(settings.seconds, simulation.dt), ..simulation.clone() };
     let mut motions = vec![Motion::default(); starts.len()];
     let mut poses = starts.to_vec();
-    let status = backend.simulate(world, &simulation, starts, &mut |_, now, velocities| {
-        poses.copy_from_slice(now);
-        for (motion, velocity) in motions.iter_mut().zip(velocities) {
-            motion.peak_speed = motion.peak_speed.max(velocity.linear.length().into());
-            motion.peak_spin = motion.peak_spin.max(velocity.angular.length().into());
-        }
-        Flow::Continue
-    })?;
+    let mut statuses = Vec::new();
+    let portion = world.bodies.len().max(1) * at_once(backend, world, starts);
+    let portions = starts.chunks(portion).zip(poses.chunks_mut(portion)).zip(motions.chunks_mut(portion));
+    for ((starts, poses), motions) in portions {
+        statuses.extend(backend.simulate(world, &simulation, starts, &mut |_, now, velocities| {
+            poses.copy_from_slice(now);
+            for (motion, velocity) in motions.iter_mut().zip(velocities) {
+                motion.peak_speed = motion.peak_speed.max(velocity.linear.length().into());
+                motion.peak_spin = motion.peak_spin.max(velocity.angular.length().into());
+            }
+            Flow::Continue
+        })?);
+    }
     for ((motion, start), end) in motions.iter_mut().zip(starts).zip(&poses) {
         motion.drift = end.translation.distance(start.translation).into();
         motion.turn = angle_between(end.rotation, start.rotation).into();
     }
-    Ok(Verified { usable: usable(&status, &poses), motions, poses })
+    Ok(Verified { usable: usable(&statuses, &poses), motions, poses })
 }
