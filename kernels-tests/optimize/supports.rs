@@ -59,6 +59,18 @@ fn what_would_fall_off_its_support_is_moved_inwards() {
 }
 
 #[test]
+fn what_stands_on_something_narrow_stays_where_it_is() {
+    let mut boxes = Boxes::default();
+    let post = boxes.add("post", GROUND, Vec3::new(0.015, 0.5, 0.015), DVec3::ZERO);
+    boxes.objects[post].movable = false;
+    let cube = boxes.add("cube", Parent::Object(post), Vec3::splat(0.05), DVec3::Y * 0.5);
+    let config = Config { seat: true, ..frozen() };
+    let outcome = run(&boxes.scene(), &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+    let object = &outcome.objects[cube];
+    assert!(object.stable && !object.lost_support && object.moved < 1e-3, "{object:?}");
+}
+
+#[test]
 fn what_the_search_pushed_off_its_support_is_set_onto_it_again() {
     let mut boxes = Boxes::default();
     let table = boxes.add("table", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);

@@ -62,9 +62,11 @@ impl Seat<'_> {
         let aside: Vec<DVec3> = directions().map(|along| along * MARGIN).collect();
         let falls = self.staying(object, still, layout, &aside)?.into_iter().map(|stays| stays.is_none());
         let outwards: DVec3 = aside.iter().zip(falls).filter(|(_, falls)| *falls).map(|(shift, _)| *shift).sum();
-        let Some(outwards) = outwards.try_normalize() else {
+        // What would fall on opposite sides stands on something narrow, and has no better place.
+        if outwards.length() < 0.5 * MARGIN {
             return Ok(false);
-        };
+        }
+        let outwards = outwards.normalize();
         let [inside] = &self.staying(object, still, layout, &[outwards * -MARGIN])?[..] else { return Ok(false) };
         if let Some((place, _)) = inside {
             self.carry(object, *place, layout);
