@@ -175,13 +175,8 @@ impl Run<'_> {
     }
 }
 
-/// True if an object has turned too far from its input to be said to stand as it did.
-pub(super) fn has_fallen(pose: &scene::Pose, input: &scene::Pose) -> bool {
-    angle(pose, input) > FALLEN
-}
-
 /// Angle between two poses, rad; accurate for small ones.
-fn angle(a: &scene::Pose, b: &scene::Pose) -> f64 {
+pub(super) fn angle(a: &scene::Pose, b: &scene::Pose) -> f64 {
     let d = a.rotation.conjugate() * b.rotation;
     2.0 * d.xyz().length().atan2(d.w.abs())
 }

@@ -1,7 +1,7 @@
 //! A second opinion: what stands only on the facets of one decomposition does not stand in an engine with another.
 //!
 //! The settled layout is let go with both decompositions of its meshes. What falls with either is searched once more, with
-//! a wider spread, and so is what has lost its support; what only rocks is not, because round things rest on other facets
+//! a wider spread, and so is what leans or has lost its support; what only rocks is not, because round things rest on other facets
 //! in every engine. Copies of the layout have those objects shifted and turned at random, about where they are and about
 //! where they rest with their other parts, or where there is room for them near the place at which they were set onto it.
 //! Each copy settles and is let go with both, and so is a mixture in which every object is as in a copy that it stands in.
@@ -10,7 +10,7 @@
 
 use super::{
     Event, Observer,
-    finish::has_fallen,
+    finish::angle,
     groups::Group,
     rig::Rig,
     run::Run,
@@ -33,17 +33,20 @@ const ROUNDS: u32 = 3;
 /// The last copies have all of it, the first ones next to nothing.
 const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
 
+/// An object turned by more than this from how it was set onto its support leans on something, or has fallen, rad (15°).
+const LEANING: f64 = 0.26;
+
 /// Poses of all objects.
 type Layout = Vec<scene::Pose>;
 
 /// A layout at rest, and what both decompositions make of it.
 struct Trial {
     layout: Layout,
-    /// Objects that fall with either, have fallen or have lost their support.
+    /// Objects that fall with either, lean, have fallen or have lost their support.
     failing: Vec<usize>,
     /// Those that have lost their support.
     lost: Vec<usize>,
-    /// Those, and those that have fallen.
+    /// Those, and those that lean or have fallen.
     astray: Vec<usize>,
     /// How far the objects are from the reconstruction and how much farther they go when let go, as the layout term weighs
     /// it.
@@ -85,8 +88,7 @@ impl<'a> Opinions<'a> {
 
     /// Searches what does not stand with both decompositions once more. The layout stays as it is unless fewer fail.
     pub fn improve(&self, layout: &mut Layout, observer: &mut dyn Observer) -> Result<(), BackendError> {
-        let at_first = layout.clone();
-        let mut best = self.judge(vec![layout.clone()], &at_first)?.swap_remove(0);
+        let mut best = self.judge(vec![layout.clone()])?.swap_remove(0);
         for round in 0..ROUNDS {
             if best.failing.is_empty()
                 || observer.event(Event::Reconsidering { failing: best.failing.len() }) == Flow::Stop
@@ -94,9 +96,9 @@ impl<'a> Opinions<'a> {
                 break;
             }
             let copies = self.copies(&best, round)?;
-            let mut trials = self.judge(self.settled(0, &copies)?, &at_first)?;
+            let mut trials = self.judge(self.settled(0, &copies)?)?;
             let mixed = [mixed(&best, &trials, |object, pose| self.distance(object, pose))];
-            trials.extend(self.judge(self.settled(0, &mixed)?, &at_first)?);
+            trials.extend(self.judge(self.settled(0, &mixed)?)?);
             trials.retain(|trial| trial.improves(&best));
             let order = |a: &Trial, b: &Trial| a.failures().cmp(&b.failures()).then(a.cost.total_cmp(&b.cost));
             match trials.into_iter().min_by(order) {
@@ -119,7 +121,7 @@ impl<'a> Opinions<'a> {
     }
 
     /// Copies of a layout in which what fails is shifted and turned, in every other one from where it rests with its other
-    /// parts. What has fallen or lost its support is set onto it again.
+    /// parts. What leans, has fallen or has lost its support is set onto it again.
     fn copies(&self, trial: &Trial, round: u32) -> Result<Vec<Layout>, BackendError> {
         let elsewhere = self.settled(1, std::slice::from_ref(&trial.layout))?.swap_remove(0);
         let places: Vec<Layout> =
@@ -173,11 +175,11 @@ impl<'a> Opinions<'a> {
         Ok(layouts)
     }
 
-    /// Lets layouts at rest go with both decompositions. An object that had fallen in the layout `at_first` may be fallen.
-    fn judge(&self, layouts: Vec<Layout>, at_first: &Layout) -> Result<Vec<Trial>, BackendError> {
-        let Run { backend, config, input, .. } = self.run;
-        let mut fails = vec![vec![false; input.len()]; layouts.len()];
-        let mut farther = vec![vec![0.0_f64; input.len()]; layouts.len()];
+    /// Lets layouts at rest go with both decompositions.
+    fn judge(&self, layouts: Vec<Layout>) -> Result<Vec<Trial>, BackendError> {
+        let Run { backend, config, seated, .. } = self.run;
+        let mut fails = vec![vec![false; seated.len()]; layouts.len()];
+        let mut farther = vec![vec![0.0_f64; seated.len()]; layouts.len()];
         for (model, Model { world, .. }) in self.models.iter().enumerate() {
             let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
             let checked = verify(*backend, world, &self.simulation, &config.verify, &starts)?;
@@ -191,13 +193,11 @@ impl<'a> Opinions<'a> {
             }
         }
         let trial = |((layout, fails), farther): ((Layout, Vec<bool>), Vec<f64>)| {
-            let fallen = |object: usize| {
-                has_fallen(&layout[object], &input[object]) && !has_fallen(&at_first[object], &input[object])
-            };
+            let leans = |object: usize| angle(&layout[object], &seated[object]) > LEANING;
             let moving = || self.group.moving().map(|(_, object)| object);
             let unsupported = self.unsupported(&layout);
             let lost: Vec<usize> = moving().filter(|&object| unsupported[object]).collect();
-            let astray: Vec<usize> = moving().filter(|&object| fallen(object) || unsupported[object]).collect();
+            let astray: Vec<usize> = moving().filter(|&object| leans(object) || unsupported[object]).collect();
             let failing = moving().filter(|&object| fails[object] || astray.contains(&object)).collect();
             let cost = moving().map(|object| self.distance(object, &layout[object]) + farther[object]).sum();
             Trial { failing, lost, astray, cost, layout }
