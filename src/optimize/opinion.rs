@@ -46,7 +46,7 @@ struct Trial {
     failing: Vec<usize>,
     /// Those that have lost their support.
     lost: Vec<usize>,
-    /// Those, and those that lean or have fallen.
+    /// Those; if there are none, those that lean or have fallen.
     astray: Vec<usize>,
     /// How far the objects are from the reconstruction and how much farther they go when let go, as the layout term weighs
     /// it.
@@ -197,7 +197,11 @@ impl<'a> Opinions<'a> {
             let moving = || self.group.moving().map(|(_, object)| object);
             let unsupported = self.unsupported(&layout);
             let lost: Vec<usize> = moving().filter(|&object| unsupported[object]).collect();
-            let astray: Vec<usize> = moving().filter(|&object| leans(object) || unsupported[object]).collect();
+            // First things first: a round that sets what is lost back leaves alone what only leans.
+            let astray = match lost.is_empty() {
+                true => moving().filter(|&object| leans(object)).collect(),
+                false => lost.clone(),
+            };
             let failing = moving().filter(|&object| fails[object] || astray.contains(&object)).collect();
             let cost = moving().map(|object| self.distance(object, &layout[object]) + farther[object]).sum();
             Trial { failing, lost, astray, cost, layout }
