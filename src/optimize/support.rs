@@ -1,9 +1,8 @@
 //! Does everything still stand on what the scene says it stands on?
 //!
 //! An object is borne by its parent if it touches it from above, or if it so touches a sibling that is borne: the second
-//! book of a pile stands on the desk through the first. What leans against the side of a table, or hangs over its edge down to
-//! the ground, is not on the table. Only
-//! what hangs on its parent or is fastened to it may touch it from anywhere.
+//! book of a pile stands on the desk through the first. What leans against the side of a table, or hangs over its edge down
+//! to the ground, is not on the table. Only what hangs on its parent or is fastened to it may touch it from anywhere.
 
 use super::rig::Rig;
 use crate::scene::{Parent, Relation, Root, Scene};
