@@ -61,9 +61,9 @@ fn what_would_fall_off_its_support_is_moved_inwards() {
 #[test]
 fn what_stands_on_something_narrow_stays_where_it_is() {
     let mut boxes = Boxes::default();
-    let post = boxes.add("post", GROUND, Vec3::new(0.015, 0.5, 0.015), DVec3::ZERO);
-    boxes.objects[post].movable = false;
-    let cube = boxes.add("cube", Parent::Object(post), Vec3::splat(0.05), DVec3::Y * 0.5);
+    let beam = boxes.add("beam", GROUND, Vec3::new(0.015, 0.5, 0.4), DVec3::ZERO);
+    boxes.objects[beam].movable = false;
+    let cube = boxes.add("cube", Parent::Object(beam), Vec3::splat(0.05), DVec3::Y * 0.5);
     let config = Config { seat: true, ..frozen() };
     let outcome = run(&boxes.scene(), &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
     let object = &outcome.objects[cube];
