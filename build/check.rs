@@ -6,7 +6,7 @@
 use crate::compose::Composed;
 use naga::front::wgsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
-use naga::{Module, Span};
+use naga::{Block, Expression, Function, Module, Span, Statement};
 use std::error::Error;
 use std::fmt::Write;
 
@@ -15,13 +15,11 @@ pub const CAPABILITIES: Capabilities = Capabilities::empty();
 
 /// The shader as naga sees it, or its errors, one text each.
 pub fn check(shader: &Composed) -> Result<(Module, ModuleInfo), Vec<String>> {
-    let mut errors = endless_loops(shader);
-    match parse(shader) {
-        Ok(checked) if errors.is_empty() => return Ok(checked),
-        Ok(_) => {}
-        Err(error) => errors.push(error),
+    let (module, info) = parse(shader).map_err(|error| vec![error])?;
+    match endless_loops(shader, &module) {
+        errors if errors.is_empty() => Ok((module, info)),
+        errors => Err(errors),
     }
-    Err(errors)
 }
 
 /// The shader as naga sees it, whatever its loops.
@@ -46,21 +44,69 @@ pub fn parse(shader: &Composed) -> Result<(Module, ModuleInfo), String> {
     Ok((module, info))
 }
 
-fn endless_loops(shader: &Composed) -> Vec<String> {
+/// Complaints about loops that nothing is seen to end: those whose update changes no variable that their condition reads,
+/// as in `while`, `loop`, and a `for` that lacks one of both.
+fn endless_loops(shader: &Composed, module: &Module) -> Vec<String> {
     let mut errors = Vec::new();
-    let mut offset = 0;
-    for line in shader.source.split_inclusive('\n') {
-        let code = line.split("//").next().unwrap_or(line);
-        let words = code.split(|c: char| !(c.is_alphanumeric() || c == '_'));
-        let endless = words.into_iter().find(|word| matches!(*word, "while" | "loop"));
-        if let Some(word) = endless.or(code.contains("for (;").then_some("for")) {
-            let at = offset + code.find(word).unwrap_or(0);
-            let span = Span::new(at as u32, (at + word.len()) as u32);
-            errors.push(report(shader, "only bounded `for` loops", [(span, String::new())]));
-        }
-        offset += line.len();
+    let entries = module.entry_points.iter().map(|entry| &entry.function);
+    for function in module.functions.iter().map(|(_, function)| function).chain(entries) {
+        visit(&function.body, &mut |statement, span| {
+            if let Statement::Loop { body, continuing, .. } = statement
+                && !is_bounded(function, body, continuing)
+            {
+                errors.push(report(shader, "only bounded `for` loops", [(span, String::new())]));
+            }
+        });
     }
     errors
+}
+
+/// True if the condition of a loop, which is what comes before its first `if` that breaks, reads what its update changes.
+fn is_bounded(function: &Function, body: &Block, update: &Block) -> bool {
+    let local = |pointer| match function.expressions[pointer] {
+        Expression::LocalVariable(local) => Some(local),
+        _ => None,
+    };
+    let mut changed = Vec::new();
+    visit(update, &mut |statement, _| {
+        if let Statement::Store { pointer, .. } = statement {
+            changed.extend(local(*pointer));
+        }
+    });
+    let breaks = |block: &Block| matches!(block.last(), Some(Statement::Break));
+    let ends = |statement: &Statement| match statement {
+        Statement::If { accept, reject, .. } => breaks(accept) || breaks(reject),
+        _ => false,
+    };
+    let Some(end) = body.iter().position(ends) else { return false };
+    let mut reads = false;
+    let mut look = |statement: &Statement, _| {
+        let Statement::Emit(range) = statement else { return };
+        reads |= range.clone().any(|expression| match function.expressions[expression] {
+            Expression::Load { pointer } => local(pointer).is_some_and(|local| changed.contains(&local)),
+            _ => false,
+        });
+    };
+    for (statement, span) in body.span_iter().take(end) {
+        visit_one(statement, *span, &mut look);
+    }
+    reads
+}
+
+/// Calls `look` with every statement, those inside others after them.
+fn visit(block: &Block, look: &mut dyn FnMut(&Statement, Span)) {
+    block.span_iter().for_each(|(statement, span)| visit_one(statement, *span, look));
+}
+
+fn visit_one(statement: &Statement, span: Span, look: &mut dyn FnMut(&Statement, Span)) {
+    look(statement, span);
+    match statement {
+        Statement::Block(block) => visit(block, look),
+        Statement::If { accept, reject, .. } => [accept, reject].into_iter().for_each(|block| visit(block, look)),
+        Statement::Loop { body, continuing, .. } => [body, continuing].into_iter().for_each(|block| visit(block, look)),
+        Statement::Switch { cases, .. } => cases.iter().for_each(|case| visit(&case.body, look)),
+        _ => {}
+    }
 }
 
 /// A message with the place, the line and a mark under what it is about.

@@ -159,7 +159,7 @@ fn an_energy_depends_on_neither_neighbours_nor_threads() {
             let simulator = Simulator::new(world, &settings.simulation);
             let mut search = CpuSearch::new(world, &settings, Stream { seed: 9, stage: 0 }, simulator);
             search.iterate().unwrap();
-            search.energies()
+            search.energies().unwrap()
         })
     };
     let many = energies(9, 2);

@@ -80,7 +80,7 @@ fn searches_as_the_cpu_does(device: &Device) -> Result<(), Failed> {
             compare(std, &expected.std, TOLERANCE).map_err(|e| format!("{candidates}, {iteration}, deviation: {e}"))?;
             compare(&[winner.energy], &[energy], TOLERANCE).map_err(|e| format!("{candidates}, {iteration}: {e}"))?;
         }
-        let best = twin.best().ok_or("no winner")?;
+        let best = twin.best()?.ok_or("no winner")?;
         let (_, _, winner) = course.last().ok_or("no iteration")?;
         if (winner.iteration, winner.candidate) != (best.iteration, best.candidate) {
             return Err(format!("{candidates}: {winner:?} instead of {best:?}").into());

@@ -57,15 +57,10 @@ impl Rig {
             statuses: &self.statuses,
         };
         let collide = Collide::new(&device.gpu, device.kernels()?, world, &SimSettings::default(), tables, motion)?;
-        poison(device, &collide.separations);
-        collide.hull_pairs.iter().for_each(|table| poison(device, table));
+        device.poison(&collide.separations);
+        collide.hull_pairs.iter().for_each(|table| device.poison(table));
         Ok(collide)
     }
-}
-
-fn poison<T: bytemuck::Pod>(device: &Device, buffer: &Buffer<T>) {
-    let words = vec![0x7fc0_dead_u32; buffer.len() * size_of::<T>() / 4];
-    buffer.upload(&device.gpu, &bytemuck::pod_collect_to_vec(&words));
 }
 
 fn detect(device: &Device, collide: &Collide, parity: usize) {

@@ -2,7 +2,7 @@
 
 use super::Test;
 use super::fixture::{Device, SIZES, noise};
-use super::touching::{Expected, Touching, world};
+use super::touching::{Expected, Touching, raft, world};
 use glam::Vec3;
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::contacts::{self, ContactSet, GROUND, Gatherer};
@@ -12,6 +12,7 @@ use rest3d_gpu::world::{Status, World};
 
 pub const TESTS: &[Test] = &[
     ("contacts::are_their_twin", are_their_twin),
+    ("contacts::many_points_are_thinned_out_alike", many_points_are_thinned_out_alike),
     ("contacts::overflow_is_flagged", overflow_is_flagged),
     ("contacts::repeat_to_the_bit", repeat_to_the_bit),
     ("contacts::forget_after_reset", forget_after_reset),
@@ -122,62 +123,68 @@ fn upload_manifolds(device: &Device, world: &World, touching: &Touching, age: us
 }
 
 fn are_their_twin(device: &Device) -> Result<(), Failed> {
-    let world = world();
+    SIZES.iter().try_for_each(|&candidates| is_twin(device, &world(), candidates))
+}
+
+/// What gathers more points than are looked at together is thinned out on the way.
+fn many_points_are_thinned_out_alike(device: &Device) -> Result<(), Failed> {
+    is_twin(device, &raft(), 65)
+}
+
+fn is_twin(device: &Device, world: &World, candidates: u32) -> Result<(), Failed> {
     let row = world.capacities.contacts as usize;
-    for candidates in SIZES {
-        let touching = Touching::new(device, &world, candidates)?;
-        let mut sets: Vec<ContactSet> = (0..candidates).map(|_| ContactSet::default()).collect();
-        let mut choices = vec![false; candidates as usize];
-        let mut handed = 0;
-        for age in 0..2 {
-            touching.set_age(device, &world, age);
-            upload_manifolds(device, &world, &touching, age);
-            touching.contacts.steps(age)[5..].iter().for_each(|step| device.run(step));
-            let mut patches = device.fetch(&touching.contacts.patches[age])?;
-            let mut points = device.fetch(&touching.contacts.points[age])?;
-            let counts = device.fetch(&touching.contacts.patch_counts[age])?;
-            for (candidate, old) in sets.iter_mut().enumerate() {
-                if choices[candidate] {
-                    continue;
-                }
-                let mut made = gather(&world, &touching.expected[age][candidate], old);
-                let (wanted_patches, wanted_points) = coded(&made);
-                handed += wanted_points.iter().filter(|p| p.impulse != 0.0).count();
-                let found_patches = &mut patches[candidate * row..][..wanted_patches.len()];
-                let found_points = &mut points[candidate * row..][..wanted_points.len()];
-                let is_same = |patches: &[Patch], points: &[Contact]| {
-                    counts[candidate] as usize == wanted_patches.len()
-                        && patches.iter().zip(&wanted_patches).all(|(a, b)| same_patch(a, b))
-                        && points.iter().zip(&wanted_points).all(|(a, b)| same_contact(a, b))
-                };
-                choices[candidate] = !is_same(found_patches, found_points);
-                // The canary.
-                if let Some(spoiled) = found_points.last_mut().filter(|_| !choices[candidate]) {
-                    spoiled.anchor_b.x += 3.0 * TOLERANCE;
-                    if is_same(
-                        &patches[candidate * row..][..wanted_patches.len()],
-                        &points[candidate * row..][..wanted_points.len()],
-                    ) {
-                        return Err("the comparison does not see that a point is off".into());
-                    }
-                }
-                solve(candidate, &mut made);
-                let (old_patches, old_points) = coded(&made);
-                patches[candidate * row..][..old_patches.len()].copy_from_slice(&old_patches);
-                points[candidate * row..][..old_points.len()].copy_from_slice(&old_points);
-                *old = made;
+    let touching = Touching::new(device, world, candidates)?;
+    let mut sets: Vec<ContactSet> = (0..candidates).map(|_| ContactSet::default()).collect();
+    let mut choices = vec![false; candidates as usize];
+    let mut handed = 0;
+    for age in 0..2 {
+        touching.set_age(device, world, age);
+        upload_manifolds(device, world, &touching, age);
+        touching.contacts.steps(age)[5..].iter().for_each(|step| device.run(step));
+        let mut patches = device.fetch(&touching.contacts.patches[age])?;
+        let mut points = device.fetch(&touching.contacts.points[age])?;
+        let counts = device.fetch(&touching.contacts.patch_counts[age])?;
+        for (candidate, old) in sets.iter_mut().enumerate() {
+            if choices[candidate] {
+                continue;
             }
-            touching.contacts.patches[age].upload(&device.gpu, &patches);
-            touching.contacts.points[age].upload(&device.gpu, &points);
+            let mut made = gather(world, &touching.expected[age][candidate], old);
+            let (wanted_patches, wanted_points) = coded(&made);
+            handed += wanted_points.iter().filter(|p| p.impulse != 0.0).count();
+            let found_patches = &mut patches[candidate * row..][..wanted_patches.len()];
+            let found_points = &mut points[candidate * row..][..wanted_points.len()];
+            let is_same = |patches: &[Patch], points: &[Contact]| {
+                counts[candidate] as usize == wanted_patches.len()
+                    && patches.iter().zip(&wanted_patches).all(|(a, b)| same_patch(a, b))
+                    && points.iter().zip(&wanted_points).all(|(a, b)| same_contact(a, b))
+            };
+            choices[candidate] = !is_same(found_patches, found_points);
+            // The canary.
+            if let Some(spoiled) = found_points.last_mut().filter(|_| !choices[candidate]) {
+                spoiled.anchor_b.x += 3.0 * TOLERANCE;
+                if is_same(
+                    &patches[candidate * row..][..wanted_patches.len()],
+                    &points[candidate * row..][..wanted_points.len()],
+                ) {
+                    return Err("the comparison does not see that a point is off".into());
+                }
+            }
+            solve(candidate, &mut made);
+            let (old_patches, old_points) = coded(&made);
+            patches[candidate * row..][..old_patches.len()].copy_from_slice(&old_patches);
+            points[candidate * row..][..old_points.len()].copy_from_slice(&old_points);
+            *old = made;
         }
-        let other = choices.iter().filter(|other| **other).count();
-        eprintln!("{candidates} candidates: {handed} impulses handed over, {other} with another choice");
-        if other as f32 > MOST_CHOICES * candidates as f32 {
-            return Err(format!("{other} of {candidates} candidates differ: {choices:?}").into());
-        }
-        if handed < candidates as usize {
-            return Err(format!("only {handed} impulses handed over").into());
-        }
+        touching.contacts.patches[age].upload(&device.gpu, &patches);
+        touching.contacts.points[age].upload(&device.gpu, &points);
+    }
+    let other = choices.iter().filter(|other| **other).count();
+    eprintln!("{candidates} candidates: {handed} impulses handed over, {other} with another choice");
+    if other as f32 > MOST_CHOICES * candidates as f32 {
+        return Err(format!("{other} of {candidates} candidates differ: {choices:?}").into());
+    }
+    if handed < candidates as usize {
+        return Err(format!("only {handed} impulses handed over").into());
     }
     Ok(())
 }

@@ -38,7 +38,10 @@ impl Value for Velocity {
 
 impl Value for GpuPatch {
     fn distance(&self, other: &Self) -> f32 {
-        self.friction.distance(other.friction) + (self.twist - other.twist).abs()
+        let numbers = |patch: &Self| [patch.pair, patch.a, patch.b, patch.first, patch.count];
+        let known = numbers(self) == numbers(other) && self.normal == other.normal;
+        let kept = if known { 0.0 } else { f32::NAN };
+        kept + self.friction.distance(other.friction) + (self.twist - other.twist).abs()
     }
     fn spoil(&mut self, by: f32) {
         self.twist.spoil(by);
@@ -47,7 +50,10 @@ impl Value for GpuPatch {
 
 impl Value for GpuContact {
     fn distance(&self, other: &Self) -> f32 {
-        self.impulse.distance(&other.impulse) + self.load.distance(&other.load)
+        let vectors = |contact: &Self| [contact.normal, contact.point, contact.anchor_a, contact.anchor_b];
+        let known = vectors(self) == vectors(other) && self.separation == other.separation;
+        let kept = if known { 0.0 } else { f32::NAN };
+        kept + self.impulse.distance(&other.impulse) + self.load.distance(&other.load)
     }
     fn spoil(&mut self, by: f32) {
         self.impulse.spoil(by);
@@ -233,8 +239,8 @@ fn solved_in(
 
 fn is_its_twin(device: &Device) -> Result<(), Failed> {
     let world = world();
-    for velocity_iterations in [1, 3] {
-        let settings = SimSettings { velocity_iterations, ..Default::default() };
+    for (velocity_iterations, rest_offset) in [(1, 0.0), (3, 0.0), (1, 0.001)] {
+        let settings = SimSettings { velocity_iterations, rest_offset, ..Default::default() };
         let sim = Sim::new(&settings, world.capacities);
         let (before, after): (Vec<_>, Vec<_>) = states(&world, &settings)?.into_iter().map(|[b, a]| (b, a)).unzip();
         for (parity, candidates) in SIZES.into_iter().enumerate() {
@@ -292,8 +298,13 @@ fn tells_what_is_not_finite(device: &Device) -> Result<(), Failed> {
     let (world, settings) = (world(), SimSettings::default());
     let before: Vec<State> = states(&world, &settings)?.into_iter().map(|[before, _]| before).collect();
     let mut tables = Tables::new(&world, &before, 7);
+    // One that touches others, and what is alone in mid-air: where it is, how it moves, how it turns.
+    let free = |candidate: usize| (candidate + 1) * world.bodies.len() - 1;
     tables.velocities[3 * world.bodies.len()].linear.x = f32::INFINITY;
+    tables.poses[free(1)].translation.y = f32::INFINITY;
+    tables.velocities[free(4)].linear.z = f32::INFINITY;
+    tables.velocities[free(5)].angular.x = f32::INFINITY;
     let (_, statuses) = solved(device, (&world, &Sim::new(&settings, world.capacities), 0), &tables, None)?;
-    let expected: Vec<u32> = (0..7).map(|i| if i == 3 { Status::NOT_FINITE.0 } else { 0 }).collect();
+    let expected = [false, true, false, true, true, true, false].map(|bad| if bad { Status::NOT_FINITE.0 } else { 0 });
     if statuses == expected { Ok(()) } else { Err(format!("{statuses:?}").into()) }
 }

@@ -36,8 +36,7 @@ fn shifted(points: Vec<Vec3>, by: Vec3) -> Vec<Vec3> {
 
 /// A fixed plate and seven bodies on it; all are about 0.1 m high.
 pub fn world() -> World {
-    let bodies = [
-        vec![chamfered(Vec3::new(0.6, 0.02, 0.4))],
+    plate_and(vec![
         vec![cuboid(Vec3::new(0.08, 0.05, 0.06))],
         vec![prism(8, 0.07, 0.05)],
         vec![pebble(61, 24, 0.06)],
@@ -49,8 +48,20 @@ pub fn world() -> World {
         vec![prism(30, 0.08, 0.05)],
         vec![pebble(62, 60, 0.05)],
         vec![prism(6, 0.04, 0.05), shifted(chamfered(Vec3::new(0.05, 0.02, 0.05)), Vec3::Z * 0.06)],
-    ];
-    let defs: Vec<BodyDef> = (bodies.into_iter().enumerate())
+    ])
+}
+
+/// The plate and something on 24 feet of eight corners: more points than are gathered at once.
+pub fn raft() -> World {
+    let foot = |i: usize| shifted(prism(8, 0.015, 0.05), Vec3::new(0.04 * (i % 6) as f32, 0.0, 0.04 * (i / 6) as f32));
+    plate_and(vec![(0..24).map(foot).collect()])
+}
+
+fn plate_and(others: Vec<Vec<Vec<Vec3>>>) -> World {
+    let plate = vec![chamfered(Vec3::new(0.6, 0.02, 0.4))];
+    let units: Vec<u32> = (1..=others.len() as u32).collect();
+    let bodies = [plate].into_iter().chain(others);
+    let defs: Vec<BodyDef> = (bodies.enumerate())
         .map(|(i, parts)| BodyDef {
             parts,
             mass: 1.0,
@@ -60,7 +71,7 @@ pub fn world() -> World {
             reference: Pose::IDENTITY,
         })
         .collect();
-    World::new(&defs, &[1, 2, 3, 4, 5, 6, 7])
+    World::new(&defs, &units)
 }
 
 /// Poses of one candidate: upright and all but touching the plate, the same a little tilted, in a heap, or scattered.
@@ -88,13 +99,15 @@ pub fn poses(world: &World, candidate: u32, age: u32) -> Vec<Pose> {
         .collect()
 }
 
-/// Every other candidate is at rest; else bodies move on by some centimetres a substep, some of them only down.
+/// A third of the candidates is at rest; in another bodies move on by some centimetres a substep, some of them only down; in
+/// the last by so little that gravity counts.
 fn velocities(world: &World, candidate: u32) -> Vec<Velocity> {
     let random = noise(500 + candidate, 6 * world.bodies.len());
     (random.chunks_exact(6).zip(&world.bodies).enumerate())
-        .map(|(i, (x, body))| match (candidate % 2, i % 2) {
+        .map(|(i, (x, body))| match (candidate % 3, i % 2) {
             _ if body.is_static() => Velocity::default(),
             (0, _) => Velocity::default(),
+            (2, _) => Velocity::new(0.1 * Vec3::new(x[0], x[1], x[2]), 0.1 * Vec3::new(x[3], x[4], x[5])),
             (_, 0) => Velocity::new(4.0 * Vec3::NEG_Y, Vec3::ZERO),
             _ => Velocity::new(4.0 * Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], x[5])),
         })

@@ -64,14 +64,15 @@ impl Population {
         let settings = settings(narrow_phase);
         let mut search = backend.search(world, &settings, Stream { seed: 0, stage: 0 })?;
         search.iterate()?;
-        let starts: Vec<Pose> = (0..CANDIDATES).flat_map(|candidate| search.placed(candidate)).collect();
+        let placed: Result<Vec<_>, _> = (0..CANDIDATES).map(|candidate| search.placed(candidate)).collect();
+        let starts = placed?.concat();
         let mut ends = Vec::new();
         backend.simulate(world, &settings.simulation, &starts, &mut |_, poses, _| {
             ends.clear();
             ends.extend_from_slice(poses);
             Flow::Continue
         })?;
-        Ok(Self { energies: search.energies(), starts, ends })
+        Ok(Self { energies: search.energies()?, starts, ends })
     }
 
     /// Rank of every candidate by its energy.

@@ -105,7 +105,7 @@ impl Search for MortalSearch<'_> {
         self.0.left.fetch_sub(1, Ordering::Relaxed);
         self.1.iterate()
     }
-    fn energies(&self) -> Vec<Energy> {
+    fn energies(&self) -> Result<Vec<Energy>, BackendError> {
         self.1.energies()
     }
     fn distribution(&self) -> Distribution {
@@ -114,10 +114,10 @@ impl Search for MortalSearch<'_> {
     fn set_distribution(&mut self, distribution: &Distribution) {
         self.1.set_distribution(distribution);
     }
-    fn placed(&self, candidate: u32) -> Vec<Pose> {
+    fn placed(&self, candidate: u32) -> Result<Vec<Pose>, BackendError> {
         self.1.placed(candidate)
     }
-    fn best(&mut self) -> Option<Best> {
+    fn best(&mut self) -> Result<Option<Best>, BackendError> {
         self.1.best()
     }
 }
@@ -162,8 +162,8 @@ fn a_failed_device_ends_as_a_resumed_run_on_the_next_backend() {
     for (first, second, groups) in [(14, 3, 2), (14, 6, 3), (14, 12, 4), (2, 3, 0), (0, 0, 0)] {
         let mut watch = Watch::default();
         let mut failures = Vec::new();
-        let mut next = |failure: &str| -> Option<Box<dyn Backend>> {
-            failures.push(failure.to_owned());
+        let mut next = |failure: &BackendError| -> Option<Box<dyn Backend>> {
+            failures.push(failure.to_string());
             match failures.len() {
                 1 => Some(Mortal::boxed(second)),
                 2 => Some(Box::new(Fake::default())),

@@ -23,6 +23,8 @@ pub struct Fake {
     pub tumble: Option<(usize, Quat)>,
     pub worlds: Mutex<Vec<World>>,
     pub free_bytes: Option<u64>,
+    /// It simulates so many candidates at once at most, and says so only when it is asked to do it.
+    pub room: Option<usize>,
 }
 
 pub struct Slide<'a>(&'a World, Vec3, bool, bool);
@@ -62,6 +64,10 @@ impl Backend for Fake {
         starts: &[Pose],
         on_step: &mut OnStep<'_>,
     ) -> Result<Vec<Status>, BackendError> {
+        let candidates = starts.len() / world.bodies.len();
+        if self.room.is_some_and(|room| candidates > room) {
+            return Err(BackendError::Capacity("too many".into()));
+        }
         let mut poses = starts.to_vec();
         if let Some((body, turn)) = self.tumble {
             poses[body].rotation = turn * poses[body].rotation;
@@ -72,7 +78,7 @@ impl Backend for Fake {
             }
         }
         let status = if self.fails { Status::NOT_FINITE } else { Status::default() };
-        Ok(vec![status; starts.len() / world.bodies.len()])
+        Ok(vec![status; candidates])
     }
 
     fn free_bytes(&self) -> Option<u64> {

@@ -4,7 +4,7 @@ use super::{Failure, probe, say};
 use clap::ValueEnum;
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::gpu::{AdapterChoice, AdapterKind, AdapterReport, GpuBackend, GpuError, Options};
-use rest3d_gpu::world::Backend;
+use rest3d_gpu::world::{Backend, BackendError};
 use std::env;
 
 /// How many times fewer candidates are simulated at a time after a device failed.
@@ -40,7 +40,7 @@ enum Choice {
 pub struct Opened {
     /// To begin with.
     pub backend: Box<dyn Backend>,
-    /// What follows when its device fails.
+    /// What follows when its device fails or holds too little.
     pub spares: Spares,
     /// The graphics adapter that it simulates on, if it is one.
     pub adapter: Option<AdapterChoice>,
@@ -55,9 +55,11 @@ pub struct Spares {
 }
 
 impl Spares {
-    /// The backend to go on with after a device failed so; none if there is none.
-    pub fn next(&mut self, failure: &str) -> Option<Box<dyn Backend>> {
-        if let Some(options) = self.again.take() {
+    /// The backend to go on with after one failed so; none if there is none. Fewer candidates at a time do not help where
+    /// too little room for one of them, or for all, was the failure.
+    pub fn next(&mut self, failure: &BackendError) -> Option<Box<dyn Backend>> {
+        let again = self.again.take();
+        if let Some(options) = again.filter(|_| matches!(failure, BackendError::Device(_))) {
             match GpuBackend::open_with(&options) {
                 Ok(backend) => {
                     say(format_args!("{failure}: trying again with {RETRY_SPLIT} times fewer candidates at a time"));

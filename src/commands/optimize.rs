@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let stop = interrupt::watch()?;
     let mut watch = Watch { progress: SearchProgress::new(), stop: &stop, checkpoint: &checkpoint };
-    let mut next = |failure: &str| spares.next(failure);
+    let mut next = |failure: &_| spares.next(failure);
     let outcome = optimize::run_on(&scene, &shapes, backend, &mut next, &config, args.seed, resume, &mut watch);
     watch.progress.finish();
     let (outcome, backend) = outcome.map_err(|error| match error {

@@ -122,11 +122,11 @@ fn ask<T: DeserializeOwned>(arguments: &[&str], seconds: u64) -> Result<T, Strin
         let read = pipe.as_mut().map(|pipe| pipe.read_to_string(&mut text));
         read.transpose().map(|_| text)
     });
-    let until = Instant::now() + Duration::from_secs(seconds);
+    let asked = Instant::now();
     let status = loop {
         match child.try_wait().map_err(failed)? {
             Some(status) => break status,
-            None if Instant::now() >= until => {
+            None if asked.elapsed() >= Duration::from_secs(seconds) => {
                 let _ = child.kill();
                 let _ = child.wait();
                 return Err(format!("the graphics driver did not answer within {seconds} s"));

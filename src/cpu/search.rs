@@ -221,8 +221,8 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
         Ok(stats)
     }
 
-    fn energies(&self) -> Vec<Energy> {
-        self.energies.clone()
+    fn energies(&self) -> Result<Vec<Energy>, BackendError> {
+        Ok(self.energies.clone())
     }
 
     fn distribution(&self) -> Distribution {
@@ -233,25 +233,28 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
         self.distribution.clone_from(distribution);
     }
 
-    fn placed(&self, candidate: u32) -> Vec<Pose> {
+    fn placed(&self, candidate: u32) -> Result<Vec<Pose>, BackendError> {
         let width = self.world.dimensions();
         let mut placed = self.world.start.clone();
         place(self.world, &self.deltas[candidate as usize * width..][..width], &mut placed);
-        placed
+        Ok(placed)
     }
 
-    fn best(&mut self) -> Option<Best> {
-        let Winner { energy, iteration, candidate } = Some(self.winner).filter(Winner::is_known)?;
+    fn best(&mut self) -> Result<Option<Best>, BackendError> {
+        if !self.winner.is_known() {
+            return Ok(None);
+        }
+        let Winner { energy, iteration, candidate } = self.winner;
         let delta = self.deltas[self.energies.len() * self.world.dimensions()..].to_vec();
         let mut worker = lock(&self.workers[0]);
         worker.evaluate(self.world, self.settings, &self.rollout, &delta).for_each(drop);
-        Some(Best {
+        Ok(Some(Best {
             energy,
             iteration,
             candidate,
             delta,
             placed: worker.placed[..self.world.bodies.len()].to_vec(),
             settled: worker.records[0].settled.clone(),
-        })
+        }))
     }
 }

@@ -39,10 +39,11 @@ impl<T: Pod> Buffer<T> {
         let most = gpu.report().max_binding_bytes;
         if bytes > most {
             return Err(GpuError::Capacity(format!(
-                "{name}: {} MiB, but a buffer of {} holds at most {} MiB; use fewer candidates",
-                bytes >> 20,
+                "{name}: {} KiB, but a buffer of {} holds at most {} KiB; use fewer candidates, fewer or simpler \
+                 objects, or --backend cpu",
+                bytes.div_ceil(1024),
                 gpu.report().name,
-                most >> 20
+                most >> 10
             )));
         }
         gpu.made.fetch_add(bytes, Ordering::Relaxed);

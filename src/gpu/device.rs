@@ -130,7 +130,7 @@ impl FromStr for AdapterChoice {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let text = text.trim().to_lowercase();
-        if text == "auto" {
+        if text.is_empty() || text == "auto" {
             return Ok(Self::Auto);
         }
         if let Ok(index) = text.parse() {
@@ -162,7 +162,7 @@ pub struct Options {
     /// Simulates so many times fewer candidates at a time, and submits as much less at once, than would fit; 0 and 1: as
     /// many as fit.
     pub split: u32,
-    /// The device is lost after so many iterations of searches: a fault for tests.
+    /// The device is lost after so many requests to searches, for an iteration or for the winner: a fault for tests.
     pub lost_after: Option<u32>,
 }
 
@@ -271,7 +271,7 @@ pub struct Gpu {
     /// Bytes of all buffers ever made.
     pub(super) made: AtomicU64,
     split: u32,
-    iterations_left: Option<AtomicU32>,
+    requests_left: Option<AtomicU32>,
     report: AdapterReport,
     failure: Arc<Mutex<Option<String>>>,
 }
@@ -321,9 +321,12 @@ impl Gpu {
             failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
         };
         let uncaptured = Arc::clone(&failure);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(error.to_string(), &uncaptured)));
+        let one_line = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(one_line(error.to_string()), &uncaptured)));
         let lost = Arc::clone(&failure);
-        device.set_device_lost_callback(move |reason, message| keep(format!("lost ({reason:?}): {message}"), &lost));
+        device.set_device_lost_callback(move |reason, message| {
+            keep(format!("lost ({reason:?}) {message}").trim_end().into(), &lost);
+        });
         let pipelines =
             options.cache.as_ref().and_then(|directory| Pipelines::open(&device, &adapter.get_info(), directory));
         Ok(Self {
@@ -333,7 +336,7 @@ impl Gpu {
             pipelines,
             made: AtomicU64::new(0),
             split: options.split.max(1),
-            iterations_left: options.lost_after.map(AtomicU32::new),
+            requests_left: options.lost_after.map(AtomicU32::new),
             report,
             failure,
         })
@@ -374,9 +377,9 @@ impl Gpu {
         self.made.load(Ordering::Relaxed)
     }
 
-    /// An iteration begins: with `Options::lost_after` so many before, the device is lost.
-    pub(super) fn count_iteration(&self) {
-        let Some(left) = &self.iterations_left else { return };
+    /// A request begins: with `Options::lost_after` so many before, the device is lost.
+    pub(super) fn count_request(&self) {
+        let Some(left) = &self.requests_left else { return };
         match left.load(Ordering::Relaxed) {
             0 => self.device.destroy(),
             more => left.store(more - 1, Ordering::Relaxed),

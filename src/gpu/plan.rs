@@ -3,6 +3,7 @@
 //! The lists below name every buffer that grows with the candidates; a test compares their sum with what is made.
 
 use super::contacts::outlines;
+use super::kernels::SHADERS;
 use super::layout::{
     Ball, Bounds, Contact, Cursor, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving, Normal,
     Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
@@ -127,6 +128,16 @@ pub(super) fn held(world: &World, cem: &CemSettings) -> u64 {
     population(world, cem) + tables(world)
 }
 
+/// Rounds of all loops of an invocation together in what ranks the candidates: the sorting network of `elites`, a workgroup's
+/// share of it, and the two passes of `moments` over the elites.
+pub(super) fn ranking_loops(cem: &CemSettings) -> u64 {
+    let sorting = SHADERS.iter().find(|shader| shader.name == "elites").map_or(1, |shader| shader.workgroup[0].into());
+    let keys = u64::from(cem.candidates.max(2)).next_power_of_two();
+    let stages = u64::from(keys.ilog2() * (keys.ilog2() + 1) / 2);
+    let sort = (stages * keys / 2 + 2 * keys).div_ceil(sorting) + 2 * stages;
+    sort.max(2 * u64::from(cem.elite_count()))
+}
+
 /// The memory of a search, without making any of it.
 pub fn plan(world: &World, cem: &CemSettings, room: Room) -> MemoryPlan {
     let held = held(world, cem);
@@ -180,6 +191,13 @@ mod tests {
         let split = |fit: u64, split| plan(&world, &cem(1000), Room { binding: fit * largest, split }).at_once;
         assert_eq!([split(1000, 1), split(999, 1), split(400, 1), split(1, 1)], [1000, 500, 334, 1]);
         assert_eq!([split(1000, 4), split(2, 4)], [250, 1]);
+    }
+
+    #[test]
+    fn the_rounds_of_ranking_are_known() {
+        // 36 stages of two rounds each, two rounds of all keys and two loops around every stage; half of them elites.
+        let many = CemSettings { elite_fraction: 0.5, ..cem(1 << 20) };
+        assert_eq!([ranking_loops(&cem(200)), ranking_loops(&many)], [36 / 2 + 2 + 72, 1 << 20]);
     }
 
     #[test]

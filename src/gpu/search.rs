@@ -5,7 +5,7 @@ use super::device::{Gpu, GpuError};
 use super::kernel::Recorder;
 use super::kernels::Kernels;
 use super::layout::{Flags, Stats};
-use super::plan::held;
+use super::plan::{held, ranking_loops};
 use super::population::Population;
 use super::simulation::{Pace, Simulation, grown};
 use super::timer::Timer;
@@ -40,7 +40,7 @@ impl<'a> GpuSearch<'a> {
     /// Makes all buffers.
     ///
     /// # Errors
-    /// If not even one candidate fits, or the device failed.
+    /// If not even one candidate fits, there are more than a software adapter ranks, or the device failed.
     pub fn new(
         gpu: &'a Gpu,
         kernels: &'a Kernels,
@@ -49,6 +49,13 @@ impl<'a> GpuSearch<'a> {
         stream: Stream,
     ) -> Result<Self, GpuError> {
         let candidates = settings.cem.candidates;
+        if ranking_loops(&settings.cem) > gpu.loops().into() {
+            return Err(GpuError::Capacity(format!(
+                "{} does not rank {candidates} candidates to the end: its driver ends long loops; use fewer candidates, a \
+                 smaller elite_fraction, or --backend cpu",
+                gpu.report().name
+            )));
+        }
         let width = world.dimensions();
         let held = held(world, &settings.cem);
         let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, candidates, held)?;
@@ -152,13 +159,12 @@ impl<'a> GpuSearch<'a> {
     }
 }
 
-/// What cannot tell of an error answers with the last that is known: a device that failed says so at the next iteration.
 impl Search for GpuSearch<'_> {
     fn iterate(&mut self) -> Result<IterationStats, BackendError> {
         if self.world.dimensions() == 0 || self.settings.cem.candidates == 0 {
             return Err(BackendError::Capacity("nothing to search: no unit or no candidate".into()));
         }
-        self.gpu.count_iteration();
+        self.gpu.count_request();
         self.population.set_iteration(self.gpu, self.iteration);
         let mut recorder = Recorder::timed(self.gpu, self.timer.as_ref());
         self.population.draw(&mut recorder);
@@ -187,9 +193,8 @@ impl Search for GpuSearch<'_> {
         self.timer.as_ref().map(Timer::times).unwrap_or_default()
     }
 
-    fn energies(&self) -> Vec<Energy> {
-        let candidates = self.settings.cem.candidates as usize;
-        self.read(&self.population.energies, 0, candidates).unwrap_or_else(|_| vec![Winner::NONE.energy; candidates])
+    fn energies(&self) -> Result<Vec<Energy>, BackendError> {
+        Ok(self.read(&self.population.energies, 0, self.settings.cem.candidates as usize)?)
     }
 
     fn distribution(&self) -> Distribution {
@@ -201,13 +206,13 @@ impl Search for GpuSearch<'_> {
         self.population.set_distribution(self.gpu, distribution);
     }
 
-    fn placed(&self, candidate: u32) -> Vec<Pose> {
+    fn placed(&self, candidate: u32) -> Result<Vec<Pose>, BackendError> {
         let bodies = self.world.bodies.len();
-        let placed = self.read(&self.population.placed, candidate as usize * bodies, bodies);
-        placed.unwrap_or_else(|_| self.world.start.clone())
+        Ok(self.read(&self.population.placed, candidate as usize * bodies, bodies)?)
     }
 
-    fn best(&mut self) -> Option<Best> {
-        self.winner().ok().flatten()
+    fn best(&mut self) -> Result<Option<Best>, BackendError> {
+        self.gpu.count_request();
+        Ok(self.winner()?)
     }
 }

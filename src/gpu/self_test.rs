@@ -52,7 +52,7 @@ pub fn self_test(backend: &dyn Backend, reference: &dyn Backend) -> Result<(), S
         (search.as_mut().map_err(|e| e.to_string())?, expected.as_mut().map_err(|e| e.to_string())?);
     let (stats, known) = (search.iterate().map_err(ran)?, expected.iterate().map_err(ran)?);
     for candidate in 0..CANDIDATES {
-        compare("placement", &search.placed(candidate), &expected.placed(candidate))?;
+        compare("placement", &search.placed(candidate).map_err(ran)?, &expected.placed(candidate).map_err(ran)?)?;
     }
     // Contacts make the difference between samples large, so single energies differ.
     for (what, found, known) in [

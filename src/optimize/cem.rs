@@ -70,7 +70,7 @@ pub(super) fn search(
         }
     }
     let kernels = search.kernel_times();
-    Ok(Searched { best: search.best(), flagged, stopped, kernels })
+    Ok(Searched { best: search.best()?, flagged, stopped, kernels })
 }
 
 /// A later episode starts from the last one's distribution, widened where it has become narrow.

@@ -90,5 +90,5 @@ pub fn replay(
         return none(format!("there is no iteration {iteration}: stage {stage} ended after iteration {last}"));
     };
     let objects = group.objects.clone();
-    Ok(Replay { world, objects, lift, placed, layout, simulation: settings.simulation, stats })
+    Ok(Replay { world, objects, lift, placed: placed?, layout, simulation: settings.simulation, stats })
 }

@@ -1,22 +1,23 @@
-//! A run that outlives its device: when one fails, the next simulator goes on from the last group that was done.
+//! A run that outlives its device: when one fails, or the scene does not fit onto it, the next simulator goes on from the last
+//! group that was done.
 
 use super::{Checkpoint, Config, Event, Observer, OptimizeError, Outcome, run};
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::world::{Backend, BackendError, Flow};
 
-/// As [`run`], with another backend whenever the device of one fails: `next` is told the failure and opens it, or has none
-/// left. The result is what resuming from the last checkpoint with the backend that ended the run gives; the outcome's
+/// As [`run`], with another backend whenever the device of one fails or holds too little: `next` is told the failure and
+/// opens it, or has none left. The result is what resuming from the last checkpoint with the backend that ended the run gives; the outcome's
 /// notes name every change. Also returns that backend.
 ///
 /// # Errors
-/// As [`run`]; a device's failure only if there is no next backend.
+/// As [`run`]; a backend's failure only if there is no next backend.
 #[allow(clippy::too_many_arguments)]
 pub fn run_on(
     scene: &Scene,
     shapes: &[Shape],
     first: Box<dyn Backend>,
-    next: &mut dyn FnMut(&str) -> Option<Box<dyn Backend>>,
+    next: &mut dyn FnMut(&BackendError) -> Option<Box<dyn Backend>>,
     config: &Config,
     seed: u64,
     resume: Option<Checkpoint>,
@@ -32,8 +33,8 @@ pub fn run_on(
                 outcome.notes.extend(notes);
                 return Ok((outcome, backend));
             }
-            Err(OptimizeError::Backend(BackendError::Device(failure))) => {
-                let Some(other) = next(&failure) else { return Err(BackendError::Device(failure).into()) };
+            Err(OptimizeError::Backend(failure @ (BackendError::Device(_) | BackendError::Capacity(_)))) => {
+                let Some(other) = next(&failure) else { return Err(failure.into()) };
                 notes.push(format!(
                     "{} failed ({failure}); {} went on after {} groups",
                     backend.describe(),

@@ -5,6 +5,7 @@
 
 use super::config::SettleSettings;
 use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, Status, Velocity, World};
+use std::ops::Range;
 
 /// How long everything must be slow before it counts as at rest, s.
 const REST_SECONDS: f32 = 0.5;
@@ -37,12 +38,13 @@ pub(super) fn settle(
         max_push_out: settings.max_push_out,
         ..simulation.clone()
     };
-    let bodies = world.bodies.len().max(1);
+    let bodies = world.bodies.len();
     let quiet_steps = steps(REST_SECONDS, damped.dt);
     let slow = |v: &Velocity| v.linear.length().max(v.angular.length()) <= settings.rest_speed;
     let mut all = Settled { usable: Vec::new(), poses: starts.to_vec(), seconds: 0.0, at_rest: true };
-    let portion = bodies * at_once(backend, world, starts);
-    for (starts, poses) in starts.chunks(portion).zip(all.poses.chunks_mut(portion)) {
+    in_portions(backend, world, starts, &mut |portion| {
+        let (starts, poses) = (&starts[portion.clone()], &mut all.poses[portion]);
+        poses.copy_from_slice(starts);
         let mut quiet = vec![0; starts.len() / bodies];
         let mut taken = 0;
         let statuses = backend.simulate(world, &damped, starts, &mut |_, now, velocities| {
@@ -59,17 +61,40 @@ pub(super) fn settle(
         all.usable.extend(usable(&statuses, poses));
         all.seconds = all.seconds.max(f64::from(taken) * f64::from(damped.dt));
         all.at_rest &= quiet.iter().all(|quiet| *quiet >= quiet_steps);
-    }
+        Ok(())
+    })?;
     Ok(all)
 }
 
+/// Calls `simulate` with the ranges of poses of as many candidates at a time as the backend says that it simulates, and of
+/// fewer from where it has too little room for their contacts. A range may come twice.
+pub(super) fn in_portions(
+    backend: &dyn Backend,
+    world: &World,
+    starts: &[Pose],
+    simulate: &mut dyn FnMut(Range<usize>) -> Result<(), BackendError>,
+) -> Result<(), BackendError> {
+    let bodies = world.bodies.len().max(1);
+    let candidates = starts.len() / bodies;
+    let mut size = at_once(backend, world, candidates as u32);
+    let mut first = 0;
+    while first < candidates {
+        let end = (first + size).min(candidates);
+        match simulate(first * bodies..end * bodies) {
+            Ok(()) => first = end,
+            Err(BackendError::Capacity(_)) if size > 1 => size = (end - first).div_ceil(2),
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
+}
+
 /// How many of the candidates the backend simulates at a time when asked for so many.
-pub(super) fn at_once(backend: &dyn Backend, world: &World, starts: &[Pose]) -> usize {
-    let mut asked = (starts.len() / world.bodies.len().max(1)).max(1) as u32;
+fn at_once(backend: &dyn Backend, world: &World, mut asked: u32) -> usize {
     loop {
         match backend.memory(world, asked).at_once {
             fewer if fewer < asked && asked > 1 => asked = fewer.max(1),
-            _ => return asked as usize,
+            _ => return asked.max(1) as usize,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::config::VerifySettings;
 use super::finish::FALLEN;
-use super::settle::{at_once, steps, usable};
+use super::settle::{in_portions, steps, usable};
 use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, World, angle_between};
 
 /// What one body did during the check.
@@ -53,10 +53,10 @@ pub(super) fn verify(
     let mut motions = vec![Motion::default(); starts.len()];
     let mut poses = starts.to_vec();
     let mut statuses = Vec::new();
-    let portion = world.bodies.len().max(1) * at_once(backend, world, starts);
-    let portions = starts.chunks(portion).zip(poses.chunks_mut(portion)).zip(motions.chunks_mut(portion));
-    for ((starts, poses), motions) in portions {
-        statuses.extend(backend.simulate(world, &simulation, starts, &mut |_, now, velocities| {
+    in_portions(backend, world, starts, &mut |portion| {
+        let (poses, motions) = (&mut poses[portion.clone()], &mut motions[portion.clone()]);
+        motions.fill(Motion::default());
+        statuses.extend(backend.simulate(world, &simulation, &starts[portion], &mut |_, now, velocities| {
             poses.copy_from_slice(now);
             for (motion, velocity) in motions.iter_mut().zip(velocities) {
                 motion.peak_speed = motion.peak_speed.max(velocity.linear.length().into());
@@ -64,7 +64,8 @@ pub(super) fn verify(
             }
             Flow::Continue
         })?);
-    }
+        Ok(())
+    })?;
     for ((motion, start), end) in motions.iter_mut().zip(starts).zip(&poses) {
         motion.drift = end.translation.distance(start.translation).into();
         motion.turn = angle_between(end.rotation, start.rotation).into();

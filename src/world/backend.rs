@@ -224,13 +224,13 @@ pub trait Search {
         Vec::new()
     }
     /// Energies of the last iteration, by candidate.
-    fn energies(&self) -> Vec<Energy>;
+    fn energies(&self) -> Result<Vec<Energy>, BackendError>;
     /// The distribution that the next iteration samples from.
     fn distribution(&self) -> Distribution;
     /// Replaces it (start of an episode, resumed run).
     fn set_distribution(&mut self, distribution: &Distribution);
     /// Poses at placement of a candidate of the last iteration.
-    fn placed(&self, candidate: u32) -> Vec<Pose>;
+    fn placed(&self, candidate: u32) -> Result<Vec<Pose>, BackendError>;
     /// The best candidate so far; none before the first usable one.
-    fn best(&mut self) -> Option<Best>;
+    fn best(&mut self) -> Result<Option<Best>, BackendError>;
 }
