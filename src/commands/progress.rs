@@ -83,7 +83,7 @@ impl SearchProgress {
             Event::Settling => self.stage("settling to rest"),
             Event::Reconsidering { failing } => {
                 self.stage(&format!(
-                    "searching once more: {failing} would fall with other convex parts or is off its support"
+                    "searching once more: {failing} would move with other convex parts, lean or are off their supports"
                 ));
             }
             Event::Parting => self.stage("parting the meshes"),

@@ -1,9 +1,9 @@
 //! A second opinion: what stands only on the facets of one decomposition does not stand in an engine with another.
 //!
-//! The settled layout is let go with both decompositions of its meshes. What falls with either is searched once more, with
-//! a wider spread, and so is what leans or has lost its support; what only rocks is not, because round things rest on other facets
-//! in every engine. Copies of the layout have those objects shifted and turned at random, about where they are and about
-//! where they rest with their other parts, or where there is room for them near the place at which they were set onto it.
+//! The settled layout is let go with both decompositions of its meshes. What moves with either is searched once more, with
+//! a wider spread, and so is what leans or has lost its support. Copies of the layout have those objects shifted and turned
+//! at random, about where they are and about where they rest with their other parts, or where there is room for them near
+//! the place at which they were set onto it.
 //! Each copy settles and is let go with both, and so is a mixture in which every object is as in a copy that it stands in.
 //! The one goes on that ends nearest to the reconstruction, with whichever decomposition moves it more, if less falls in it;
 //! an object on its support is worth any way.
@@ -42,7 +42,9 @@ type Layout = Vec<scene::Pose>;
 /// A layout at rest, and what both decompositions make of it.
 struct Trial {
     layout: Layout,
-    /// Objects that fall with either, lean, have fallen or have lost their support.
+    /// Objects that move with either decomposition.
+    moving: Vec<usize>,
+    /// Those, and what leans, has fallen over or has lost its support.
     failing: Vec<usize>,
     /// Those that have lost their support.
     lost: Vec<usize>,
@@ -120,21 +122,27 @@ impl<'a> Opinions<'a> {
         Ok(if checked.usable[0] { moving.collect() } else { Vec::new() })
     }
 
-    /// Copies of a layout in which what fails is shifted and turned, in every other one from where it rests with its other
-    /// parts. What leans, has fallen or has lost its support is set onto it again.
+    /// Copies of a layout in which what moves is shifted and turned, in every other one from where it rests with its other
+    /// parts. What has lost its support is set onto it again in all, what leans or has fallen in half of them: it may do so
+    /// for good, and take others along.
     fn copies(&self, trial: &Trial, round: u32) -> Result<Vec<Layout>, BackendError> {
         let elsewhere = self.settled(1, std::slice::from_ref(&trial.layout))?.swap_remove(0);
         let places: Vec<Layout> =
             trial.astray.iter().map(|&object| self.run.free_places(object, &trial.layout)).collect();
         let copy = |copy| {
             let mut layout = trial.layout.clone();
+            let mut objects = trial.moving.clone();
             if copy % 2 == 1 {
-                trial.failing.iter().for_each(|&object| layout[object] = elsewhere[object]);
+                objects.iter().for_each(|&object| layout[object] = elsewhere[object]);
             }
-            for (&object, places) in trial.astray.iter().zip(&places) {
-                layout[object] = *places.get(copy as usize * places.len() / COPIES as usize).unwrap_or(&layout[object]);
+            if !trial.lost.is_empty() || trial.moving.is_empty() || copy % 4 < 2 {
+                for (&object, places) in trial.astray.iter().zip(&places) {
+                    let place = places.get(copy as usize * places.len() / COPIES as usize);
+                    layout[object] = *place.unwrap_or(&layout[object]);
+                }
+                objects.clone_from(&trial.failing);
             }
-            self.perturb(&mut layout, &trial.failing, round, copy);
+            self.perturb(&mut layout, &objects, round, copy);
             layout
         };
         Ok((0..COPIES).map(copy).collect())
@@ -178,35 +186,36 @@ impl<'a> Opinions<'a> {
     /// Lets layouts at rest go with both decompositions.
     fn judge(&self, layouts: Vec<Layout>) -> Result<Vec<Trial>, BackendError> {
         let Run { backend, config, seated, .. } = self.run;
-        let mut fails = vec![vec![false; seated.len()]; layouts.len()];
+        let mut moves = vec![vec![false; seated.len()]; layouts.len()];
         let mut farther = vec![vec![0.0_f64; seated.len()]; layouts.len()];
         for (model, Model { world, .. }) in self.models.iter().enumerate() {
             let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
             let checked = verify(*backend, world, &self.simulation, &config.verify, &starts)?;
             let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
-            for ((motions, usable), (fails, farther)) in motions.zip(fails.iter_mut().zip(&mut farther)) {
+            for ((motions, usable), (moves, farther)) in motions.zip(moves.iter_mut().zip(&mut farther)) {
                 for (body, object) in self.group.moving() {
                     let motion = &motions[body];
-                    fails[object] |= !usable || motion.falls(&config.verify);
+                    moves[object] |= !usable || !motion.is_still(&config.verify);
                     farther[object] = farther[object].max(self.weighed(motion.drift, motion.turn));
                 }
             }
         }
-        let trial = |((layout, fails), farther): ((Layout, Vec<bool>), Vec<f64>)| {
+        let trial = |((layout, moves), farther): ((Layout, Vec<bool>), Vec<f64>)| {
             let leans = |object: usize| angle(&layout[object], &seated[object]) > LEANING;
-            let moving = || self.group.moving().map(|(_, object)| object);
+            let movable = || self.group.moving().map(|(_, object)| object);
             let unsupported = self.unsupported(&layout);
-            let lost: Vec<usize> = moving().filter(|&object| unsupported[object]).collect();
+            let lost: Vec<usize> = movable().filter(|&object| unsupported[object]).collect();
             // First things first: a round that sets what is lost back leaves alone what only leans.
             let astray = match lost.is_empty() {
-                true => moving().filter(|&object| leans(object)).collect(),
+                true => movable().filter(|&object| leans(object)).collect(),
                 false => lost.clone(),
             };
-            let failing = moving().filter(|&object| fails[object] || astray.contains(&object)).collect();
-            let cost = moving().map(|object| self.distance(object, &layout[object]) + farther[object]).sum();
-            Trial { failing, lost, astray, cost, layout }
+            let moving: Vec<usize> = movable().filter(|&object| moves[object]).collect();
+            let failing = movable().filter(|&object| moves[object] || astray.contains(&object)).collect();
+            let cost = movable().map(|object| self.distance(object, &layout[object]) + farther[object]).sum();
+            Trial { moving, failing, lost, astray, cost, layout }
         };
-        Ok(layouts.into_iter().zip(fails).zip(farther).map(trial).collect())
+        Ok(layouts.into_iter().zip(moves).zip(farther).map(trial).collect())
     }
 
     /// True for what has lost its support.

@@ -1,7 +1,6 @@
 //! The check of the result: one more simulation with the settings of a candidate, and what moved in it.
 
 use super::config::VerifySettings;
-use super::finish::FALLEN;
 use super::settle::{in_portions, steps, usable};
 use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, World, angle_between};
 
@@ -22,11 +21,6 @@ impl Motion {
     /// True if the body counts as stable.
     pub fn is_still(&self, limits: &VerifySettings) -> bool {
         self.drift <= limits.max_drift.into() && self.turn <= limits.max_turn.into()
-    }
-
-    /// True if the body went away or fell over, and did not only rock.
-    pub fn falls(&self, limits: &VerifySettings) -> bool {
-        self.drift > limits.max_drift.into() || self.turn > FALLEN
     }
 }
 
