@@ -12,7 +12,7 @@ use rest3d_gpu::world::{
     Backend, BackendError, CemSettings, Flow, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, World,
 };
 use std::process::{Command, ExitCode};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use std::{env, fs};
 
 pub const TESTS: &[Test] = &[
@@ -20,6 +20,7 @@ pub const TESTS: &[Test] = &[
     ("startup::compiled_kernels_are_kept_and_damaged_ones_ignored", compiled_kernels_are_kept),
     ("startup::memory_is_as_planned", memory_is_as_planned),
     ("startup::a_split_population_gives_the_same_bits", a_split_population_gives_the_same_bits),
+    ("startup::a_slow_substep_is_split", a_slow_substep_is_split),
     ("startup::a_lost_device_is_an_error", a_lost_device_is_an_error),
     ("startup::a_device_lost_at_the_winner_is_an_error", a_device_lost_at_the_winner_is_an_error),
     ("startup::the_self_test_passes", the_self_test_passes),
@@ -184,6 +185,23 @@ fn a_split_population_gives_the_same_bits(device: &Device) -> Result<(), Failed>
         Ok((stats, search.energies()?, search.distribution()))
     };
     if run(&split)? == run(device.backend()?)? { Ok(()) } else { Err("splitting changes results".into()) }
+}
+
+/// Where a substep of all candidates takes longer than a submission may, fewer are simulated at a time, with the same result.
+fn a_slow_substep_is_split(device: &Device) -> Result<(), Failed> {
+    let (world, settings) = (boxes_world(), settings(65));
+    let run = |submission| -> Result<_, Failed> {
+        let gpu = Gpu::open_with(&Options { submission, ..options(device) })?;
+        let kernels = Kernels::compile(&gpu)?;
+        let mut search = GpuSearch::new(&gpu, &kernels, &world, &settings, STREAM)?;
+        let stats = (0..3).map(|_| search.iterate()).collect::<Result<Vec<_>, _>>()?;
+        Ok((search.at_once(), (stats, search.distribution())))
+    };
+    let (usual, slow) = (run(Some(Duration::from_secs(60)))?, run(Some(Duration::from_micros(1)))?);
+    match (usual.0, slow.0) {
+        (65, 8) if usual.1 == slow.1 => Ok(()),
+        other => Err(format!("{other:?} at a time").into()),
+    }
 }
 
 fn a_lost_device_is_an_error(device: &Device) -> Result<(), Failed> {

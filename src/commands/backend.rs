@@ -102,7 +102,7 @@ fn cpu() -> Opened {
 
 fn gpu(choice: &AdapterChoice) -> Result<Opened, GpuError> {
     let lost_after = env::var(LOST_AFTER).ok().and_then(|text| text.parse().ok());
-    let options = Options { adapter: choice.clone(), cache: probe::cache(), split: 1, lost_after };
+    let options = Options { adapter: choice.clone(), cache: probe::cache(), split: 1, submission: None, lost_after };
     let backend = GpuBackend::open_with(&options)?;
     say(format_args!("backend: {}", backend.describe()));
     let adapter = AdapterChoice::Index(backend.report().index);

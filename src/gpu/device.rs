@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use thiserror::Error;
 
 /// What to do when no adapter shows up.
@@ -32,6 +33,9 @@ const OPTIONAL: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
 /// How often Mesa's software driver lets all loops of an invocation together go round, less a few: after 65,535 times it ends
 /// every loop, without a word.
 const SOFTWARE_LOOPS: u32 = 65_000;
+
+/// How long a submission may take: desktops reset a graphics card that does not answer for seconds, and stutter before.
+const SUBMISSION: Duration = Duration::from_millis(50);
 
 /// Bytes that one buffer must be able to hold: what WebGPU promises everywhere.
 const LEAST_BINDING: u64 = 128 << 20;
@@ -162,6 +166,9 @@ pub struct Options {
     /// Simulates so many times fewer candidates at a time, and submits as much less at once, than would fit; 0 and 1: as
     /// many as fit.
     pub split: u32,
+    /// How long a submission may take; none: `SUBMISSION`, and as long as it takes on software adapters, which have no
+    /// watchdog.
+    pub submission: Option<Duration>,
     /// The device is lost after so many requests to searches, for an iteration or for the winner: a fault for tests.
     pub lost_after: Option<u32>,
 }
@@ -271,6 +278,7 @@ pub struct Gpu {
     /// Bytes of all buffers ever made.
     pub(super) made: AtomicU64,
     split: u32,
+    submission: Option<Duration>,
     requests_left: Option<AtomicU32>,
     report: AdapterReport,
     failure: Arc<Mutex<Option<String>>>,
@@ -336,6 +344,7 @@ impl Gpu {
             pipelines,
             made: AtomicU64::new(0),
             split: options.split.max(1),
+            submission: options.submission,
             requests_left: options.lost_after.map(AtomicU32::new),
             report,
             failure,
@@ -357,9 +366,14 @@ impl Gpu {
         Room { binding: self.report.max_binding_bytes, split: self.split }
     }
 
-    /// How much less than usual is submitted together.
-    pub(super) fn split(&self) -> u32 {
-        self.split
+    /// How long a submission should take.
+    pub(super) fn submission(&self) -> Duration {
+        self.submission.unwrap_or(SUBMISSION) / self.split
+    }
+
+    /// True if it must not take longer, even with fewer candidates at a time.
+    pub(super) fn is_watched(&self) -> bool {
+        self.submission.is_some() || self.report.kind != AdapterKind::Software
     }
 
     /// True if compiled kernels can be kept on disk.

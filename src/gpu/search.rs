@@ -26,6 +26,8 @@ pub struct GpuSearch<'a> {
     stream: Stream,
     population: Population,
     simulation: Simulation,
+    /// Candidates that it simulates at a time, where that many fit.
+    most: u32,
     pace: Pace,
     iteration: u32,
     distribution: Distribution,
@@ -69,6 +71,7 @@ impl<'a> GpuSearch<'a> {
             stream,
             population: Population::new(gpu, kernels, world, settings, stream)?,
             simulation,
+            most: candidates,
             pace: Pace::default(),
             iteration: 0,
             distribution: settings.cem.initial(world.units.len()),
@@ -114,13 +117,34 @@ impl<'a> GpuSearch<'a> {
         }
         let Some(capacities) = grown(self.world.capacities, self.first_capacities, faults) else { return Ok(false) };
         self.world.capacities = capacities;
-        let (simulation, candidates) = (&self.settings.simulation, self.settings.cem.candidates);
-        let held = held(&self.world, &self.settings.cem);
-        self.simulation = Simulation::fitting(self.gpu, self.kernels, &self.world, simulation, candidates, held)?;
-        if let Some(timer) = &self.timer {
-            self.simulation.announce(timer, candidates);
-        }
+        self.remake()?;
         Ok(true)
+    }
+
+    /// Simulates half as many candidates at a time from now on if a substep of them takes too long for a watchdog.
+    fn hurry(&mut self) -> Result<(), GpuError> {
+        if !self.gpu.is_watched() || !self.pace.is_too_slow() || self.simulation.candidates == 1 {
+            return Ok(());
+        }
+        self.most = self.simulation.candidates / 2;
+        self.pace = Pace::default();
+        self.remake()
+    }
+
+    /// Makes the simulation anew, for the present capacities.
+    fn remake(&mut self) -> Result<(), GpuError> {
+        let held = held(&self.world, &self.settings.cem);
+        let settings = &self.settings.simulation;
+        self.simulation = Simulation::fitting(self.gpu, self.kernels, &self.world, settings, self.most, held)?;
+        if let Some(timer) = &self.timer {
+            self.simulation.announce(timer, self.settings.cem.candidates);
+        }
+        Ok(())
+    }
+
+    /// Candidates that are simulated at a time.
+    pub fn at_once(&self) -> u32 {
+        self.simulation.candidates
     }
 
     /// Places and simulates one candidate alone, which gives the same bits: its poses at placement and at the end.
@@ -173,6 +197,7 @@ impl Search for GpuSearch<'_> {
         while self.grow(flags)? {
             flags = self.simulate()?;
         }
+        self.hurry()?;
         let mut recorder = Recorder::timed(self.gpu, self.timer.as_ref());
         self.population.rank(&mut recorder);
         recorder.fetch(&self.population.stats, &self.stats);

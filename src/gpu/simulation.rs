@@ -14,24 +14,26 @@ use super::tables::Tables;
 use super::timer::Timer;
 use crate::world::constants::MAX_CAPACITY_GROWTH;
 use crate::world::{Capacities, SimSettings, Status, World};
-use std::time::{Duration, Instant};
-
-/// How long a submission may take: desktops reset a graphics card that does not answer for seconds, and stutter before.
-const SUBMISSION: Duration = Duration::from_millis(50);
+use std::time::Instant;
 
 /// Passes of a substep: collision, contacts, solver.
 const PASSES: u32 = 3;
+
+/// So many submissions of one substep that take too long, one after the other, are no accident.
+const SLOW: u32 = 8;
 
 /// How many substeps are submitted together, by measured time.
 #[derive(Debug)]
 pub struct Pace {
     substeps: u32,
     recorded: u32,
+    /// Submissions of one substep that took too long, one after the other.
+    slow: u32,
 }
 
 impl Default for Pace {
     fn default() -> Self {
-        Self { substeps: 1, recorded: 0 }
+        Self { substeps: 1, recorded: 0, slow: 0 }
     }
 }
 
@@ -45,12 +47,19 @@ impl Pace {
         let clock = Instant::now();
         let next = recorder.next();
         gpu.wait()?;
-        let wanted = SUBMISSION.as_secs_f64() / f64::from(gpu.split());
-        let fit = wanted / clock.elapsed().as_secs_f64().max(1e-6) * f64::from(self.recorded);
+        let (wanted, taken) = (gpu.submission().as_secs_f64(), clock.elapsed().as_secs_f64());
+        let is_slow = self.recorded == 1 && taken > wanted;
+        self.slow = if is_slow { self.slow + 1 } else { 0 };
+        let fit = wanted / taken.max(1e-6) * f64::from(self.recorded);
         // Halfway in between, because the last one may have been a lucky one.
         self.substeps = ((fit as u32).saturating_add(self.substeps) / 2).max(1);
         self.recorded = 0;
         Ok(next)
+    }
+
+    /// True if not even a substep is done in time: then fewer candidates must be simulated at a time.
+    pub(super) fn is_too_slow(&self) -> bool {
+        self.slow >= SLOW
     }
 }
 
