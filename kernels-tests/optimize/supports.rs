@@ -90,6 +90,26 @@ fn what_the_search_pushed_off_its_support_is_set_onto_it_again() {
     assert!(!object.lost_support && (0.035..0.06).contains(&object.moved), "{object:?}");
 }
 
+/// A plank with its head 3 cm in a beam, which pushes it over until it leans against a stone.
+#[test]
+fn what_leans_is_set_upright_where_there_is_room() {
+    let mut boxes = Boxes::default();
+    let plank = boxes.add("plank", GROUND, Vec3::new(0.04, 0.5, 0.2), DVec3::ZERO);
+    let beam = boxes.add("beam", GROUND, Vec3::new(0.2, 0.05, 0.2), DVec3::new(-0.09, 0.44, 0.0));
+    let stone = boxes.add("stone", GROUND, Vec3::new(0.2, 0.6, 0.6), DVec3::new(0.29, 0.0, 0.0));
+    boxes.objects[beam].movable = false;
+    boxes.objects[stone].movable = false;
+    let with = |second_opinion: bool| {
+        let config = Config { second_opinion, project: false, ..frozen() };
+        let outcome = run(&boxes.scene(), &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+        outcome.objects[plank].clone()
+    };
+    let object = with(false);
+    assert!(object.stable && (0.3..0.6).contains(&object.turned), "{object:?}");
+    let object = with(true);
+    assert!(object.stable && object.turned < 0.02 && (0.03..0.08).contains(&object.moved), "{object:?}");
+}
+
 #[test]
 fn what_tumbles_is_fallen_and_unstable() {
     let boxes = room();
