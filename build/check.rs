@@ -1,7 +1,7 @@
 //! Parses and validates composed shaders, and tells errors where their author can mend them.
 //!
 //! Validation allows what the device is asked for and no more: no optional shader feature at all. Loops other than a
-//! bounded `for` are refused, because the device is told not to guard against endless ones.
+//! bounded `for` are refused, as far as that can be seen, because the device is told not to guard against endless ones.
 
 use crate::compose::Composed;
 use naga::front::wgsl;
@@ -44,8 +44,9 @@ pub fn parse(shader: &Composed) -> Result<(Module, ModuleInfo), String> {
     Ok((module, info))
 }
 
-/// Complaints about loops that nothing is seen to end: those whose update changes no variable that their condition reads,
-/// as in `while`, `loop`, and a `for` that lacks one of both.
+/// Complaints about loops that nothing is seen to end: those whose update computes no variable anew, from itself, that their
+/// condition reads and their body leaves alone, as in `while`, `loop`, and a `for` that lacks one of both. That a counter
+/// goes the right way is for the author to see.
 fn endless_loops(shader: &Composed, module: &Module) -> Vec<String> {
     let mut errors = Vec::new();
     let entries = module.entry_points.iter().map(|entry| &entry.function);
@@ -54,7 +55,11 @@ fn endless_loops(shader: &Composed, module: &Module) -> Vec<String> {
             if let Statement::Loop { body, continuing, .. } = statement
                 && !is_bounded(function, body, continuing)
             {
-                errors.push(report(shader, "only bounded `for` loops", [(span, String::new())]));
+                errors.push(report(
+                    shader,
+                    "only bounded `for` loops, whose update counts what their condition reads",
+                    [(span, String::new())],
+                ));
             }
         });
     }
@@ -67,10 +72,24 @@ fn is_bounded(function: &Function, body: &Block, update: &Block) -> bool {
         Expression::LocalVariable(local) => Some(local),
         _ => None,
     };
+    let reads_itself = |value, counter| match function.expressions[value] {
+        Expression::Binary { left, .. } => {
+            matches!(function.expressions[left], Expression::Load { pointer } if local(pointer) == Some(counter))
+        }
+        _ => false,
+    };
     let mut changed = Vec::new();
     visit(update, &mut |statement, _| {
+        if let Statement::Store { pointer, value } = statement
+            && let Some(counter) = local(*pointer)
+            && reads_itself(*value, counter)
+        {
+            changed.push(counter);
+        }
+    });
+    visit(body, &mut |statement, _| {
         if let Statement::Store { pointer, .. } = statement {
-            changed.extend(local(*pointer));
+            changed.retain(|counter| local(*pointer) != Some(*counter));
         }
     });
     let breaks = |block: &Block| matches!(block.last(), Some(Statement::Break));

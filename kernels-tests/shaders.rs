@@ -193,6 +193,8 @@ fn conventions_are_enforced() {
         ("target_[id.x] =", "loop { break; } target_[id.x] =", "only bounded `for` loops"),
         ("target_[id.x] =", "for(var i = 0u; ; i += 1u) {} target_[id.x] =", "only bounded `for` loops"),
         ("target_[id.x] =", "for (var i = 0u; i < 2u; ) {} target_[id.x] =", "only bounded `for` loops"),
+        ("target_[id.x] =", "for (var i = 0u; i < 9u; i = 0u) {} target_[id.x] =", "only bounded `for` loops"),
+        ("target_[id.x] =", "for (var i = 0u; i < 9u; i++) { i = 0u; } target_[id.x] =", "only bounded `for` loops"),
         ("target_[id.x] =", "for (var i = 0u; true; i += 1u) {} target_[id.x] =", "only bounded `for` loops"),
         ("target_[id.x] =", "for (var i = 0u; id.y < 1u; i += 1u) {} target_[id.x] =", "only bounded `for` loops"),
         ("target_[id.x] = source[id.x]", "target_[id.x] = 1u", "never used"),

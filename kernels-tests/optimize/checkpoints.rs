@@ -185,6 +185,21 @@ fn a_failed_device_ends_as_a_resumed_run_on_the_next_backend() {
 }
 
 #[test]
+fn too_little_room_goes_on_with_the_next_backend() {
+    let boxes = room();
+    let cramped = Box::new(Fake { room: Some(0), ..Default::default() });
+    let mut capacity = Vec::new();
+    let mut next = |failure: &BackendError| -> Option<Box<dyn Backend>> {
+        capacity.push(matches!(failure, BackendError::Capacity(_)));
+        Some(Box::new(Fake::default()))
+    };
+    let (outcome, _) =
+        run_on(&boxes.scene(), &boxes.shapes, cramped, &mut next, &config(), 3, None, &mut Watch::default()).unwrap();
+    assert_eq!(capacity, [true]);
+    assert!(outcome.notes.iter().any(|note| note.contains("too many")), "{:?}", outcome.notes);
+}
+
+#[test]
 fn a_failed_device_is_an_error_when_nothing_is_left() {
     let boxes = room();
     let failed = run_on(

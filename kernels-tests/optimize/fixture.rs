@@ -23,7 +23,7 @@ pub struct Fake {
     pub tumble: Option<(usize, Quat)>,
     pub worlds: Mutex<Vec<World>>,
     pub free_bytes: Option<u64>,
-    /// It simulates so many candidates at once at most, and says so only when it is asked to do it.
+    /// It simulates so many candidates at once at most, and says so only after a step.
     pub room: Option<usize>,
 }
 
@@ -66,6 +66,8 @@ impl Backend for Fake {
     ) -> Result<Vec<Status>, BackendError> {
         let candidates = starts.len() / world.bodies.len();
         if self.room.is_some_and(|room| candidates > room) {
+            let wrong: Vec<Pose> = starts.iter().map(|_| Pose::IDENTITY).collect();
+            on_step(0, &wrong, &vec![Velocity::new(Vec3::ONE, Vec3::ONE); starts.len()]);
             return Err(BackendError::Capacity("too many".into()));
         }
         let mut poses = starts.to_vec();

@@ -10,7 +10,8 @@ use std::env;
 /// How many times fewer candidates are simulated at a time after a device failed.
 const RETRY_SPLIT: u32 = 4;
 
-/// Environment variables for tests: `auto` takes this kind of adapter, too; devices are lost after so many iterations.
+/// Environment variables for tests: `auto` takes this kind of adapter, too; devices are lost after so many
+/// iterations and winners that are asked for.
 const AUTO_KIND: &str = "REST3D_GPU_AUTO";
 const LOST_AFTER: &str = "REST3D_GPU_LOST_AFTER";
 

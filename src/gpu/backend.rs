@@ -4,7 +4,7 @@ use super::buffer::Download;
 use super::device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, Options};
 use super::kernel::Recorder;
 use super::kernels::Kernels;
-use super::plan::plan;
+use super::plan::{Room, plan};
 use super::rollouts::{kernel_times, rollouts};
 use super::search::GpuSearch;
 use super::simulation::{Simulation, grown};
@@ -58,9 +58,10 @@ impl GpuBackend {
         ))
     }
 
-    /// A simulation of all candidates at once.
+    /// A simulation of all candidates at once: who asks for so many has split them.
     fn simulation(&self, world: &World, settings: &SimSettings, candidates: usize) -> Result<Simulation, GpuError> {
-        let made = Simulation::fitting(&self.gpu, &self.kernels, world, settings, candidates as u32, 0)?;
+        let room = Room { split: 1, ..self.gpu.room() };
+        let made = Simulation::fitting(&self.gpu, &self.kernels, world, settings, candidates as u32, (room, 0))?;
         if (made.candidates as usize) < candidates {
             return Err(GpuError::Capacity(format!(
                 "{} simulates at most {} candidates of this scene at once",

@@ -166,8 +166,8 @@ pub struct Options {
     /// Simulates so many times fewer candidates at a time, and submits as much less at once, than would fit; 0 and 1: as
     /// many as fit.
     pub split: u32,
-    /// How long a submission may take; none: `SUBMISSION`, and as long as it takes on software adapters, which have no
-    /// watchdog.
+    /// How long a submission may take, for tests; none: `SUBMISSION`, and as long as it takes on software adapters, which
+    /// have no watchdog.
     pub submission: Option<Duration>,
     /// The device is lost after so many requests to searches, for an iteration or for the winner: a fault for tests.
     pub lost_after: Option<u32>,
@@ -333,7 +333,9 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(one_line(error.to_string()), &uncaptured)));
         let lost = Arc::clone(&failure);
         device.set_device_lost_callback(move |reason, message| {
-            keep(format!("lost ({reason:?}) {message}").trim_end().into(), &lost);
+            // What else went wrong follows from that.
+            let message = format!("lost ({reason:?}) {message}").trim_end().to_owned();
+            *lost.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
         });
         let pipelines =
             options.cache.as_ref().and_then(|directory| Pipelines::open(&device, &adapter.get_info(), directory));
@@ -395,7 +397,11 @@ impl Gpu {
     pub(super) fn count_request(&self) {
         let Some(left) = &self.requests_left else { return };
         match left.load(Ordering::Relaxed) {
-            0 => self.device.destroy(),
+            0 => {
+                self.device.destroy();
+                // The callback tells of it; what comes next fails.
+                let _ = self.device.poll(wgpu::PollType::Poll);
+            }
             more => left.store(more - 1, Ordering::Relaxed),
         }
     }

@@ -134,7 +134,7 @@ pub(super) fn ranking_loops(cem: &CemSettings) -> u64 {
     let sorting = SHADERS.iter().find(|shader| shader.name == "elites").map_or(1, |shader| shader.workgroup[0].into());
     let keys = u64::from(cem.candidates.max(2)).next_power_of_two();
     let stages = u64::from(keys.ilog2() * (keys.ilog2() + 1) / 2);
-    let sort = (stages * keys / 2 + 2 * keys).div_ceil(sorting) + 2 * stages;
+    let sort = stages * (keys / 2).div_ceil(sorting) + 2 * keys.div_ceil(sorting) + stages;
     sort.max(2 * u64::from(cem.elite_count()))
 }
 
@@ -195,9 +195,9 @@ mod tests {
 
     #[test]
     fn the_rounds_of_ranking_are_known() {
-        // 36 stages of two rounds each, two rounds of all keys and two loops around every stage; half of them elites.
+        // 36 stages of a round each and the loop around them, two rounds of all keys; half of many are elites.
         let many = CemSettings { elite_fraction: 0.5, ..cem(1 << 20) };
-        assert_eq!([ranking_loops(&cem(200)), ranking_loops(&many)], [36 / 2 + 2 + 72, 1 << 20]);
+        assert_eq!([ranking_loops(&cem(200)), ranking_loops(&many)], [36 + 36 + 2, 1 << 20]);
     }
 
     #[test]

@@ -26,7 +26,7 @@ impl Rig {
         settings: &SimSettings,
         candidates: usize,
     ) -> Result<Self, GpuError> {
-        let simulation = Simulation::fitting(gpu, kernels, world, settings, candidates as u32, 0)?;
+        let simulation = Simulation::fitting(gpu, kernels, world, settings, candidates as u32, (gpu.room(), 0))?;
         let at_once = simulation.candidates as usize;
         let tallies = settings.steps as usize * at_once;
         Ok(Self {

@@ -5,7 +5,7 @@ use super::device::{Gpu, GpuError};
 use super::kernel::Recorder;
 use super::kernels::Kernels;
 use super::layout::{Flags, Stats};
-use super::plan::{held, ranking_loops};
+use super::plan::{Room, held, ranking_loops};
 use super::population::Population;
 use super::simulation::{Pace, Simulation, grown};
 use super::timer::Timer;
@@ -26,8 +26,10 @@ pub struct GpuSearch<'a> {
     stream: Stream,
     population: Population,
     simulation: Simulation,
-    /// Candidates that it simulates at a time, where that many fit.
-    most: u32,
+    /// How many times fewer candidates it simulates at a time than would fit.
+    split: u32,
+    /// What a substep took when it was last too slow, s; 0 if fewer at a time did not help.
+    too_slow: f64,
     pace: Pace,
     iteration: u32,
     distribution: Distribution,
@@ -60,7 +62,8 @@ impl<'a> GpuSearch<'a> {
         }
         let width = world.dimensions();
         let held = held(world, &settings.cem);
-        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, candidates, held)?;
+        let fit = (gpu.room(), held);
+        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, candidates, fit)?;
         let timer = simulation.timer(gpu, candidates);
         Ok(Self {
             gpu,
@@ -71,7 +74,8 @@ impl<'a> GpuSearch<'a> {
             stream,
             population: Population::new(gpu, kernels, world, settings, stream)?,
             simulation,
-            most: candidates,
+            split: gpu.room().split,
+            too_slow: f64::INFINITY,
             pace: Pace::default(),
             iteration: 0,
             distribution: settings.cem.initial(world.units.len()),
@@ -121,23 +125,26 @@ impl<'a> GpuSearch<'a> {
         Ok(true)
     }
 
-    /// Simulates half as many candidates at a time from now on if a substep of them takes too long for a watchdog.
+    /// Simulates half as many candidates at a time from now on if a substep of them takes too long for a watchdog, and
+    /// the last halving, if any, took off a quarter of its time at least.
     fn hurry(&mut self) -> Result<(), GpuError> {
-        if !self.gpu.is_watched() || !self.pace.is_too_slow() || self.simulation.candidates == 1 {
+        let Some(seconds) = self.pace.too_slow().filter(|_| self.gpu.is_watched()) else { return Ok(()) };
+        self.pace = Pace::default();
+        self.too_slow = if seconds < 0.75 * self.too_slow { seconds } else { 0.0 };
+        if self.too_slow == 0.0 || self.simulation.candidates == 1 {
             return Ok(());
         }
-        self.most = self.simulation.candidates / 2;
-        self.pace = Pace::default();
+        self.split *= 2;
         self.remake()
     }
 
     /// Makes the simulation anew, for the present capacities.
     fn remake(&mut self) -> Result<(), GpuError> {
-        let held = held(&self.world, &self.settings.cem);
-        let settings = &self.settings.simulation;
-        self.simulation = Simulation::fitting(self.gpu, self.kernels, &self.world, settings, self.most, held)?;
+        let fit = (Room { split: self.split, ..self.gpu.room() }, held(&self.world, &self.settings.cem));
+        let (settings, candidates) = (&self.settings.simulation, self.settings.cem.candidates);
+        self.simulation = Simulation::fitting(self.gpu, self.kernels, &self.world, settings, candidates, fit)?;
         if let Some(timer) = &self.timer {
-            self.simulation.announce(timer, self.settings.cem.candidates);
+            self.simulation.announce(timer, candidates);
         }
         Ok(())
     }
@@ -153,7 +160,7 @@ impl<'a> GpuSearch<'a> {
         let cem = CemSettings { candidates: 1, ..settings.cem.clone() };
         let settings = SearchSettings { cem, ..(*settings).clone() };
         let population = Population::new(gpu, kernels, world, &settings, *stream)?;
-        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, 1, 0)?;
+        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, 1, (gpu.room(), 0))?;
         population.deltas.upload(gpu, delta);
         let mut recorder = Recorder::new(gpu);
         population.place(&mut recorder);
@@ -189,6 +196,7 @@ impl Search for GpuSearch<'_> {
             return Err(BackendError::Capacity("nothing to search: no unit or no candidate".into()));
         }
         self.gpu.count_request();
+        self.hurry()?;
         self.population.set_iteration(self.gpu, self.iteration);
         let mut recorder = Recorder::timed(self.gpu, self.timer.as_ref());
         self.population.draw(&mut recorder);
@@ -197,7 +205,6 @@ impl Search for GpuSearch<'_> {
         while self.grow(flags)? {
             flags = self.simulate()?;
         }
-        self.hurry()?;
         let mut recorder = Recorder::timed(self.gpu, self.timer.as_ref());
         self.population.rank(&mut recorder);
         recorder.fetch(&self.population.stats, &self.stats);

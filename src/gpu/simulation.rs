@@ -8,7 +8,7 @@ use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::Kernels;
 use super::layout::{Batch, Body, Pose, Velocity};
-use super::plan;
+use super::plan::{self, Room};
 use super::solver::{Solver, Touching};
 use super::tables::Tables;
 use super::timer::Timer;
@@ -29,11 +29,13 @@ pub struct Pace {
     recorded: u32,
     /// Submissions of one substep that took too long, one after the other.
     slow: u32,
+    /// What a substep took where so many did, s.
+    too_slow: Option<f64>,
 }
 
 impl Default for Pace {
     fn default() -> Self {
-        Self { substeps: 1, recorded: 0, slow: 0 }
+        Self { substeps: 1, recorded: 0, slow: 0, too_slow: None }
     }
 }
 
@@ -50,6 +52,9 @@ impl Pace {
         let (wanted, taken) = (gpu.submission().as_secs_f64(), clock.elapsed().as_secs_f64());
         let is_slow = self.recorded == 1 && taken > wanted;
         self.slow = if is_slow { self.slow + 1 } else { 0 };
+        if self.slow >= SLOW {
+            self.too_slow = Some(taken);
+        }
         let fit = wanted / taken.max(1e-6) * f64::from(self.recorded);
         // Halfway in between, because the last one may have been a lucky one.
         self.substeps = ((fit as u32).saturating_add(self.substeps) / 2).max(1);
@@ -57,9 +62,9 @@ impl Pace {
         Ok(next)
     }
 
-    /// True if not even a substep is done in time: then fewer candidates must be simulated at a time.
-    pub(super) fn is_too_slow(&self) -> bool {
-        self.slow >= SLOW
+    /// Seconds that a substep took, if again and again not even one was done in time.
+    pub(super) fn too_slow(&self) -> Option<f64> {
+        self.too_slow
     }
 }
 
@@ -128,7 +133,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// For at most `candidates` at a time, beside `held` bytes of a search: as many as the memory plan allows.
+    /// For at most `candidates` at a time, beside `held` bytes of a search: as many as there is room for.
     ///
     /// # Errors
     /// If not even one candidate fits, or the device failed.
@@ -138,9 +143,9 @@ impl Simulation {
         world: &World,
         settings: &SimSettings,
         candidates: u32,
-        held: u64,
+        (room, held): (Room, u64),
     ) -> Result<Self, GpuError> {
-        let at_once = plan::at_once(world, candidates, held, gpu.room());
+        let at_once = plan::at_once(world, candidates, held, room);
         Self::new(gpu, kernels, world, settings, at_once)
     }
 

@@ -76,7 +76,7 @@ pub(super) fn in_portions(
 ) -> Result<(), BackendError> {
     let bodies = world.bodies.len().max(1);
     let candidates = starts.len() / bodies;
-    let mut size = at_once(backend, world, candidates as u32);
+    let mut size = backend.memory(world, candidates as u32).at_once.max(1) as usize;
     let mut first = 0;
     while first < candidates {
         let end = (first + size).min(candidates);
@@ -87,16 +87,6 @@ pub(super) fn in_portions(
         }
     }
     Ok(())
-}
-
-/// How many of the candidates the backend simulates at a time when asked for so many.
-fn at_once(backend: &dyn Backend, world: &World, mut asked: u32) -> usize {
-    loop {
-        match backend.memory(world, asked).at_once {
-            fewer if fewer < asked && asked > 1 => asked = fewer.max(1),
-            _ => return asked.max(1) as usize,
-        }
-    }
 }
 
 /// Which candidates have results that mean something.
