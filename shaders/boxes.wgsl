@@ -1,6 +1,7 @@
 // Kernel `boxes`: boxes of all bodies and their hulls, one invocation a body.
 //
 // Twin of `cpu::broad_phase::BroadPhase::update`: rotated local boxes, so that no vertex is read. Margins grow with speed.
+// Bodies that hardly moved are still; where the others are is noted.
 
 #import constants
 #import batch
@@ -20,6 +21,15 @@
 @group(0) @binding(5) var<storage, read> velocities: array<Velocity>;
 @group(0) @binding(6) var<storage, read_write> hull_boxes: array<Bounds>;
 @group(0) @binding(7) var<storage, read_write> body_boxes: array<Bounds>;
+@group(0) @binding(8) var<storage, read_write> marks: array<Mark>;
+
+// True if a body of this radius (m) is where it was, and looks no farther.
+fn holds(mark: Mark, pose: Pose, margin: f32, radius: f32) -> bool {
+    // Half the angle for small ones; large without a rotation.
+    let turned = length(pose.rotation.xyz - mark.rotation.xyz) + abs(pose.rotation.w - mark.rotation.w);
+    let moved = length(pose.translation - mark.translation) + 2.0 * radius * turned;
+    return moved <= RECYCLING_DISTANCE && margin <= mark.margin + RECYCLING_DISTANCE;
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
@@ -45,7 +55,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let extents = times(spread, hulls[i].half_extents);
         low = min(low, center - extents);
         high = max(high, center + extents);
-        hull_boxes[row + i] = Bounds(center, margin, extents);
+        hull_boxes[row + i] = Bounds(center, margin, extents, 0u);
     }
-    body_boxes[index] = Bounds(0.5 * (low + high), margin, 0.5 * (high - low));
+    let is_still = holds(marks[index], pose, margin, body.radius);
+    body_boxes[index] = Bounds(0.5 * (low + high), margin, 0.5 * (high - low), u32(is_still));
+    if (!is_still) {
+        marks[index] = Mark(pose.rotation, pose.translation, margin);
+    }
 }

@@ -1,5 +1,5 @@
 // Kernel `emit`: patches and contacts of an entry, with the impulses of the last substep's, one invocation a body pair of
-// a candidate, and past the pairs a body and the ground: as `cpu::contacts::ContactSet::push`.
+// a candidate, and past the pairs a body and the ground: as `cpu::contacts::ContactSet`, `push` and `keep`.
 
 #import batch
 #import constants
@@ -31,6 +31,17 @@ fn distance_squared(a: vec3<f32>, b: vec3<f32>) -> f32 {
     return dot(a - b, a - b);
 }
 
+// The same contact after its bodies moved by little: as `cpu::contacts::Contact::followed`.
+fn followed(contact: Contact, is_ground: bool, pose_a: Pose, pose_b: Pose) -> Contact {
+    let in_world = rotate(pose_a.rotation, contact.anchor_a) + pose_a.translation;
+    let on_a = select(in_world, contact.anchor_a, is_ground);
+    let on_b = rotate(pose_b.rotation, contact.anchor_b) + pose_b.translation;
+    var moved = contact;
+    moved.point = 0.5 * (on_a + on_b);
+    moved.separation = contact.found + dot(contact.normal, on_b - on_a);
+    return moved;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
     let index = invocation(id, workgroups);
@@ -55,6 +66,19 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     var old_end = old_count;
     if (entry + 1u < entries) {
         old_end = min(old_starts[index + 1u].x, old_count);
+    }
+    if (merged[index].first == KEPT) {
+        var at = start;
+        for (var i = old_first; i < old_end; i++) {
+            let old = old_patches[row + i];
+            patches[row + at.x] = old;
+            patches[row + at.x].first = at.y;
+            for (var j = 0u; j < min(old.count, MAX_MANIFOLD_POINTS); j++) {
+                contacts[row + at.y + j] = followed(old_contacts[row + old.first + j], is_ground, pose_a, pose_b);
+            }
+            at += vec2(1u, old.count);
+        }
+        return;
     }
     // Old points that have handed over their impulse, eight bits an old patch: it must not be counted twice.
     var used = vec2(0u);
@@ -114,7 +138,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             }
             let own = manifolds[merged_points[number + i] / MAX_MANIFOLD_POINTS].normal;
             contacts[row + point + i] =
-                Contact(own, source.separation, middle, impulse, anchor_a, load, anchor_b);
+                Contact(own, source.separation, middle, impulse, anchor_a, load, anchor_b, source.separation);
         }
         number += size;
         point += size;

@@ -1,5 +1,6 @@
 // Kernel `ground`: contacts of hulls with the ground y = 0, one invocation a hull of a candidate: as
-// `cpu::narrow_phase::plane_hull`. They lie behind the slots of the hull pairs.
+// `cpu::narrow_phase::plane_hull`. They lie behind the slots of the hull pairs. Of bodies that keep their contacts none are
+// looked for.
 
 #import batch
 #import bounds
@@ -35,7 +36,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let slot = candidate * (sim.hull_pairs + hull_count) + sim.hull_pairs + index % hull_count;
     let body = hull_bodies[index % hull_count];
     let pose = poses[candidate * batch.bodies + body];
-    let margin = body_boxes[candidate * batch.bodies + body].margin + 0.5 * sim.contact_offset;
+    let box = body_boxes[candidate * batch.bodies + body];
+    if (box.is_still == 1u) {
+        return;
+    }
+    let margin = box.margin + 0.5 * sim.contact_offset;
     let up = rotate(conjugate(pose.rotation), vec3(0.0, 1.0, 0.0));
     let height = pose.translation.y;
     let is_far = dot(up, hull.center) + height > margin + hull.radius;

@@ -1,9 +1,10 @@
 // Kernel `merge`: the contact points that stay of an entry's manifolds, in a few patches, one invocation a body pair of a
 // candidate, and past the pairs a body and the ground: as `cpu::contacts::Gatherer`. Points are known by their numbers in
-// `manifold_points`.
+// `manifold_points`. An entry that keeps its contacts has as many as it had.
 
 #import batch
 #import body
+#import bounds
 #import constants
 #import contact
 #import grid
@@ -14,11 +15,13 @@
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<uniform> sim: Sim;
 @group(0) @binding(2) var<storage, read> bodies: array<Body>;
-@group(0) @binding(3) var<storage, read> pair_starts: array<u32>;
-@group(0) @binding(4) var<storage, read> manifolds: array<Manifold>;
-@group(0) @binding(5) var<storage, read> manifold_points: array<ManifoldPoint>;
-@group(0) @binding(6) var<storage, read_write> merged: array<Merged>;
-@group(0) @binding(7) var<storage, read_write> merged_points: array<u32>;
+@group(0) @binding(3) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(4) var<storage, read> body_boxes: array<Bounds>;
+@group(0) @binding(5) var<storage, read> pair_starts: array<u32>;
+@group(0) @binding(6) var<storage, read> manifolds: array<Manifold>;
+@group(0) @binding(7) var<storage, read> manifold_points: array<ManifoldPoint>;
+@group(0) @binding(8) var<storage, read_write> merged: array<Merged>;
+@group(0) @binding(9) var<storage, read_write> merged_points: array<u32>;
 
 const NONE: u32 = 0xffffffffu;
 
@@ -86,13 +89,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     }
     let candidate = index / entries;
     let entry = index % entries;
+    let is_ground = entry >= batch.pairs;
+    let pair = select(pairs[min(entry, batch.pairs - 1u)], vec2(entry - batch.pairs), is_ground);
+    let boxes = candidate * batch.bodies;
+    if (keep(body_boxes[boxes + pair.x], body_boxes[boxes + pair.y])) {
+        merged[index].first = KEPT;
+        return;
+    }
     let row = candidate * (arrayLength(&manifolds) / batch.candidates);
     var first = 0u;
     var end = 0u;
-    if (entry < batch.pairs) {
-        let pair = candidate * (batch.pairs + 1u) + entry;
-        first = row + min(pair_starts[pair], sim.hull_pairs);
-        end = row + min(pair_starts[pair + 1u], sim.hull_pairs);
+    if (!is_ground) {
+        let at = candidate * (batch.pairs + 1u) + entry;
+        first = row + min(pair_starts[at], sim.hull_pairs);
+        end = row + min(pair_starts[at + 1u], sim.hull_pairs);
     } else {
         let body = bodies[entry - batch.pairs];
         first = row + sim.hull_pairs + body.first_hull;

@@ -1,4 +1,5 @@
-// Kernel `pair_counts`: how many hulls of each body pair may touch, one invocation a candidate and pair.
+// Kernel `pair_counts`: how many hulls of each body pair may touch, one invocation a candidate and pair; none of pairs that
+// keep their contacts.
 //
 // With `pair_starts` and `hull_pairs` the twin of `cpu::broad_phase::BroadPhase::pairs`.
 
@@ -26,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let box_b = body_boxes[candidate * batch.bodies + pair.y];
     let margin = box_a.margin + box_b.margin;
     var count = 0u;
-    if (overlaps(box_a, box_b, margin)) {
+    if (!keep(box_a, box_b) && overlaps(box_a, box_b, margin)) {
         let last = bodies[batch.bodies - 1u];
         let row = candidate * (last.first_hull + last.hull_count);
         let a = bodies[pair.x];

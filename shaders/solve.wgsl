@@ -91,6 +91,7 @@ fn accelerate(bodies: u32) {
         let gain = select(sim.small_step * sim.gravity, 0.0, moving[i].inverse_mass == 0.0);
         moving[i].linear = (moving[i].linear + vec3(0.0, gain, 0.0)) * linear;
         moving[i].angular *= angular;
+        moving[i].restless = select(PUSHING_SWEEPS, 0u, moving[i].inverse_mass == 0.0);
     }
 }
 
@@ -115,11 +116,24 @@ fn warm_start(bodies: u32, slots: u32, count: u32) {
     }
 }
 
+// True if a patch has to be solved in this sweep.
+fn is_restless(at: Patch, bodies: u32, sweep: u32) -> bool {
+    return max(moving[first_body(at, bodies)].restless, moving[bodies + at.b].restless) >= sweep;
+}
+
+// The contacts of a body are solved in the sweep after this one, too, and in the rest of this.
+fn disturb(body: u32, sweep: u32) {
+    moving[body].restless = select(sweep + 1u, 0u, moving[body].inverse_mass == 0.0);
+}
+
 // Coulomb: the tangential impulse stays in the disk of radius μ times the patch's normal impulse, the twist below what
 // the points' friction can resist about the centre.
-fn sweep_friction(bodies: u32, slots: u32, count: u32) {
+fn sweep_friction(bodies: u32, slots: u32, count: u32, sweep: u32) {
     for (var i = slots; i < slots + count; i++) {
         let at = patches[i];
+        if (!is_restless(at, bodies, sweep)) {
+            continue;
+        }
         let friction = frictions[i];
         var pair = pair_of(at, bodies);
         var limit = 0.0;
@@ -156,17 +170,21 @@ fn turn_of(k: u32, backwards: bool, count: u32) -> u32 {
 }
 
 // One sweep over all patches, one way or the other: with `soft` overlap is pushed out, without only approach is stopped.
-// What is still apart may come no closer than touching. Gives the largest change of a contact's relative speed, m/s.
-fn sweep_normals(bodies: u32, slots: u32, count: u32, soft: bool, backwards: bool) -> f32 {
+// What is still apart may come no closer than touching. True if the relative speed of a contact changed.
+fn sweep_normals(bodies: u32, slots: u32, count: u32, sweep: u32, soft: bool, backwards: bool) -> bool {
     // Implicit damped spring over a small step (E. Catto, "Soft Constraints", GDC 2011).
     let h = sim.small_step;
     let omega = TAU * min(CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE / h);
     let a1 = 2.0 * CONTACT_DAMPING_RATIO + h * omega;
     let a2 = h * omega * a1;
     let a3 = 1.0 / (1.0 + a2);
-    var largest = 0.0;
+    var changed = false;
     for (var p = 0u; p < count; p++) {
         let at = patches[slots + select(p, count - 1u - p, backwards)];
+        if (!is_restless(at, bodies, sweep)) {
+            continue;
+        }
+        var largest = 0.0;
         var pair = pair_of(at, bodies);
         let shift = moving[pair.b].shift - moving[pair.a].shift;
         let turn_a = moving[pair.a].turn;
@@ -190,8 +208,13 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, soft: bool, backwards: boo
             normals[j].rigid = select(total, n.rigid, soft);
         }
         store(&pair);
+        if (!soft && largest >= RELAXED_SPEED) {
+            disturb(pair.a, sweep);
+            disturb(pair.b, sweep);
+            changed = true;
+        }
     }
-    return largest;
+    return changed;
 }
 
 // Moves the bodies by their velocities.
@@ -292,10 +315,12 @@ fn main(
                 advance(bodies);
                 follow(bodies, slots, count);
             }
-            sweep_friction(bodies, slots, count);
-            let largest = sweep_normals(bodies, slots, count, soft, soft && sweep % 2u == 1u);
-            // Relaxed: only the sweeps that are made in any case remain.
-            at.end = select(at.end, min(at.end, sweep + 1u + extra_now), !soft && largest < RELAXED_SPEED);
+            // Sweeps that are made in any case are made of all contacts.
+            let number = select(sweep, 0u, sweep + extra_now >= at.end);
+            sweep_friction(bodies, slots, count, number);
+            let changed = sweep_normals(bodies, slots, count, number, soft, soft && sweep % 2u == 1u);
+            // Relaxed: only those remain.
+            at.end = select(at.end, min(at.end, sweep + 1u + extra_now), !soft && !changed);
             at.sweep = sweep + 1u;
         }
         if (at.sweep >= at.end) {

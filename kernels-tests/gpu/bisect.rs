@@ -193,8 +193,9 @@ impl Both<'_> {
                         |s| &s.collide.body_boxes,
                         |twin, row| {
                             let broad = twin.workspace().broad_phase();
-                            for ((to, from), margin) in row.iter_mut().zip(&broad.bodies).zip(&broad.margins) {
-                                (to.center, to.half_extents, to.margin) = (from.center, from.half, *margin);
+                            for (body, (to, from)) in row.iter_mut().zip(&broad.bodies).enumerate() {
+                                (to.center, to.half_extents) = (from.center, from.half);
+                                (to.margin, to.is_still) = (broad.margins[body], u32::from(broad.still[body]));
                             }
                         },
                     )?;
@@ -204,6 +205,16 @@ impl Both<'_> {
                         |twin, row| {
                             for (to, from) in row.iter_mut().zip(&twin.workspace().broad_phase().hulls) {
                                 (to.center, to.half_extents) = (from.center, from.half);
+                            }
+                        },
+                    )?;
+                    self.table(
+                        stage,
+                        |s| &s.collide.marks,
+                        |twin, row| {
+                            for (to, from) in row.iter_mut().zip(&twin.workspace().broad_phase().marks) {
+                                (to.rotation, to.translation) = (from.pose.rotation, from.pose.translation);
+                                to.margin = from.margin;
                             }
                         },
                     )?;
@@ -257,7 +268,9 @@ impl Both<'_> {
                 MANIFOLDS | GROUND => {
                     let of = |twin: &Twin| -> Vec<(usize, Manifold)> {
                         if stage == GROUND {
-                            let hulls = 0..world.hulls.hulls.len();
+                            let still = &twin.workspace().broad_phase().still;
+                            let fresh = (0..still.len()).filter(|body| !still[*body]);
+                            let hulls = fresh.flat_map(|body| world.hulls_of(body));
                             let known = |hull| twin.seen.ground.iter().find(|(number, _)| *number == hull);
                             hulls.map(|h| (slots + h, known(h).map_or(Manifold::default(), |(_, m)| *m))).collect()
                         } else {
@@ -354,7 +367,8 @@ impl Both<'_> {
             |twin, row| {
                 for (to, from) in row.iter_mut().zip(of(twin).1) {
                     (to.normal, to.point, to.separation) = (from.normal, from.point, from.separation);
-                    ([to.anchor_a, to.anchor_b], to.impulse, to.load) = (from.anchors, from.impulse, from.load);
+                    ([to.anchor_a, to.anchor_b], to.found) = (from.anchors, from.found);
+                    (to.impulse, to.load) = (from.impulse, from.load);
                 }
             },
         )

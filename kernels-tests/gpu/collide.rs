@@ -106,6 +106,7 @@ impl Findings<'_> {
         let mut list = Vec::new();
         let states = self.poses.chunks_exact(n).zip(self.velocities.chunks_exact(n));
         for (candidate, (poses, velocities)) in states.enumerate() {
+            broad.forget();
             broad.update(world, poses, velocities, settings.contact_offset, settings.dt / settings.substeps as f32);
             broad.pairs(world, |pair| broad.margin(pair), slots as u32, &mut list);
             let known = self.old_starts[(candidate + 1) * (world.pairs.len() + 1) - 1] as usize;

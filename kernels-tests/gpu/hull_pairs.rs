@@ -24,6 +24,9 @@ impl Value for HullPair {
     }
 }
 
+/// Whether a body keeps its contacts with others that do, body after body and again from the first.
+const STILL: [bool; 5] = [true, false, false, true, false];
+
 /// Starts of each candidate's pairs and, last, its total.
 fn summed(counts: &[u32], pairs: usize) -> Vec<u32> {
     let row = |row: &[u32]| -> Vec<u32> { (0..=pairs).map(|i| row[..i].iter().sum()).collect() };
@@ -44,7 +47,10 @@ fn lists_hull_pairs(device: &Device) -> Result<(), Failed> {
             let mut broad = BroadPhase::default();
             let n = world.bodies.len();
             for (poses, velocities) in poses.chunks_exact(n).zip(velocities.chunks_exact(n)) {
+                broad.forget();
                 broad.update(&world, poses, velocities, sim.contact_offset, sim.substep);
+                // Some keep the contacts between them.
+                broad.still.iter_mut().zip(STILL.iter().cycle()).for_each(|(to, from)| *to = *from);
                 let mut list = Vec::new();
                 broad.pairs(&world, |pair| broad.margin(pair), sim.hull_pairs, &mut list);
                 counts.extend((0..pairs as u32).map(|i| list.iter().filter(|p| p.pair == i).count() as u32));
@@ -72,7 +78,10 @@ fn lists_hull_pairs(device: &Device) -> Result<(), Failed> {
             return Err("no hull pair was known before".into());
         }
 
-        let (hulls, bodies) = boxes(&world, &poses, &velocities, sim.contact_offset, sim.substep);
+        let (hulls, mut bodies) = boxes(&world, &poses, &velocities, sim.contact_offset, sim.substep);
+        for row in bodies.chunks_exact_mut(world.bodies.len()) {
+            row.iter_mut().zip(STILL.iter().cycle()).for_each(|(to, from)| to.is_still = u32::from(*from));
+        }
         let batch = device.input(&[Batch::new(&world, candidates)])?;
         let sim = device.input(&[sim])?;
         let table = device.input(&world.bodies)?;

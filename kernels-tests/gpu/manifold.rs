@@ -13,7 +13,11 @@ use rest3d_gpu::cpu::narrow_phase::{self, tangents};
 use rest3d_gpu::gpu::{Manifold, ManifoldPoint};
 use rest3d_gpu::world::constants::{LINEAR_SLOP, MAX_MANIFOLD_POINTS, SAME_POINT};
 
-pub const TESTS: &[Test] = &[("manifold::is_its_twin", is_its_twin), ("manifold::notices_an_error", notices_an_error)];
+pub const TESTS: &[Test] = &[
+    ("manifold::is_its_twin", is_its_twin),
+    ("manifold::ground_leaves_what_is_still", ground_leaves_what_is_still),
+    ("manifold::notices_an_error", notices_an_error),
+];
 
 /// Of positions in metres and of unit normals.
 const TOLERANCE: f32 = 1e-5;
@@ -134,6 +138,29 @@ fn is_its_twin(device: &Device) -> Result<(), Failed> {
         }
         if candidates > 100 && passing < all / 1000 {
             return Err("too few hulls that pass each other".into());
+        }
+    }
+    Ok(())
+}
+
+/// Bodies that keep their contacts with the ground get no new ones.
+fn ground_leaves_what_is_still(device: &Device) -> Result<(), Failed> {
+    let world = world();
+    let (capacity, hulls) = (world.capacities.hull_pairs as usize, world.hulls.hulls.len());
+    let touching = Touching::new(device, &world, 65)?;
+    touching.set_age(device, &world, 0);
+    let still = |i: usize| i % world.bodies.len() % 2 == 1;
+    touching.set_still(device, &(0..65 * world.bodies.len()).map(still).collect::<Vec<_>>())?;
+    let before = device.fetch(&touching.contacts.manifolds)?;
+    device.run(&touching.contacts.steps(0)[4]);
+    let after = device.fetch(&touching.contacts.manifolds)?;
+    for body in 0..world.bodies.len() {
+        for hull in world.hulls_of(body) {
+            let slots = (0..65).map(|candidate| candidate * (capacity + hulls) + capacity + hull);
+            let same = slots.filter(|slot| before[*slot].count == after[*slot].count).count();
+            if same != if still(body) { 65 } else { 0 } {
+                return Err(format!("{same} of 65 manifolds of body {body} are as they were").into());
+            }
         }
     }
     Ok(())

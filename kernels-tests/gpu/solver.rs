@@ -110,8 +110,9 @@ fn patch(patch: &Patch) -> GpuPatch {
 
 fn contact(contact: &Contact) -> GpuContact {
     let mut out = GpuContact::zeroed();
-    let Contact { normal, point, separation, anchors, impulse, load } = *contact;
-    (out.normal, out.point, out.separation, out.impulse, out.load) = (normal, point, separation, impulse, load);
+    let Contact { normal, point, separation, found, anchors, impulse, load } = *contact;
+    (out.normal, out.point, out.separation, out.found) = (normal, point, separation, found);
+    (out.impulse, out.load) = (impulse, load);
     [out.anchor_a, out.anchor_b] = anchors;
     out
 }

@@ -229,6 +229,7 @@ pub struct Touching {
     pub poses: Buffer<Pose>,
     pub separations: Buffer<Separation>,
     pub statuses: Buffer<u32>,
+    pub body_boxes: Buffer<Bounds>,
     pub contacts: Contacts,
 }
 
@@ -281,7 +282,15 @@ impl Touching {
             device.poison(&contacts.points[parity]);
             device.poison(&contacts.starts[parity]);
         }
-        Ok(Self { expected, poses, separations, statuses, contacts })
+        Ok(Self { expected, poses, separations, statuses, body_boxes, contacts })
+    }
+
+    /// Uploads which bodies keep the contacts between them, `[candidates][bodies]`.
+    pub fn set_still(&self, device: &Device, still: &[bool]) -> Result<(), Failed> {
+        let mut boxes = device.fetch(&self.body_boxes)?;
+        boxes.iter_mut().zip(still).for_each(|(bounds, still)| bounds.is_still = u32::from(*still));
+        self.body_boxes.upload(&device.gpu, &boxes);
+        Ok(())
     }
 
     /// Uploads what a substep of this age reads.

@@ -63,4 +63,6 @@ struct Contact {
     load: f32,
     // The point in the frame of the second body, m.
     anchor_b: vec3<f32>,
+    // The separation when the point was found, m.
+    found: f32,
 }

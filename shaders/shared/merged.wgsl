@@ -3,9 +3,11 @@
 struct Merged {
     // Points of each patch, four bits a patch, the first lowest.
     sizes: u32,
-    // Where the numbers of its points begin.
+    // Where the numbers of its points begin; `KEPT` if it keeps its contacts.
     first: u32,
 }
+
+const KEPT: u32 = 0xffffffffu;
 
 fn patch_size(sizes: u32, k: u32) -> u32 {
     return extractBits(sizes, 4u * k, 4u);

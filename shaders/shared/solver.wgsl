@@ -14,6 +14,8 @@ struct Moving {
     touched: u32,
     // Shift and turn since the substep's start, m and rad.
     shift: vec3<f32>,
+    // The number of the last sweep of the small step in which its contacts are solved.
+    restless: u32,
     turn: vec3<f32>,
     // Columns of the world inverse inertia, 1 / (kg m²).
     inertia_x: vec3<f32>,

@@ -2,10 +2,12 @@
 //!
 //! Body boxes first, then hull boxes of the pairs that remain. Boxes are the rotated local boxes, so no vertex is
 //! read. Margins grow with speed, so that a fast body meets its contacts one step ahead.
+//!
+//! Bodies that hardly moved keep the contacts between them (Box3D calls it recycling), so their hulls are not listed.
 
-use crate::world::constants::{MAX_SPECULATIVE_MARGIN, NO_EXTENT};
+use crate::world::constants::{MAX_SPECULATIVE_MARGIN, NO_EXTENT, RECYCLING_DISTANCE};
 use crate::world::{Pose, Velocity, World};
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Quat, Vec3};
 
 /// A hull pair whose boxes overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +41,28 @@ impl Bounds {
     }
 }
 
+/// Where a body was when its contacts were last found, and its margin then.
+#[derive(Clone, Copy, Debug)]
+pub struct Mark {
+    /// No rotation at all if they never were.
+    pub pose: Pose,
+    /// m
+    pub margin: f32,
+}
+
+impl Mark {
+    const NONE: Self = Self { pose: Pose::new(Quat::from_xyzw(0.0, 0.0, 0.0, 0.0), Vec3::ZERO), margin: 0.0 };
+
+    /// True if a body of this radius (m) is where it was, and looks no farther.
+    fn holds(&self, pose: &Pose, margin: f32, radius: f32) -> bool {
+        let (now, then) = (pose.rotation, self.pose.rotation);
+        // Half the angle for small ones; large without a rotation.
+        let turned = now.xyz().distance(then.xyz()) + (now.w - then.w).abs();
+        let moved = pose.translation.distance(self.pose.translation) + 2.0 * radius * turned;
+        moved <= RECYCLING_DISTANCE && margin <= self.margin + RECYCLING_DISTANCE
+    }
+}
+
 /// Scratch of the broad phase of one candidate.
 #[derive(Debug, Default)]
 pub struct BroadPhase {
@@ -48,15 +72,26 @@ pub struct BroadPhase {
     pub bodies: Vec<Bounds>,
     /// Half the distance to an equal body at which contacts are made, m.
     pub margins: Vec<f32>,
+    /// A mark a body.
+    pub marks: Vec<Mark>,
+    /// For every body, true if its mark held, false if it was made anew.
+    pub still: Vec<bool>,
 }
 
 impl BroadPhase {
+    /// Forgets where contacts were found.
+    pub fn forget(&mut self) {
+        self.marks.clear();
+    }
+
     /// Moves all boxes to the bodies' poses. `offset` is the contact offset (m), `dt` the time to the next call (s).
     pub fn update(&mut self, world: &World, poses: &[Pose], velocities: &[Velocity], offset: f32, dt: f32) {
         self.hulls.clear();
         self.bodies.clear();
         self.margins.clear();
-        for ((body, pose), velocity) in world.bodies.iter().zip(poses).zip(velocities) {
+        self.still.clear();
+        self.marks.resize(world.bodies.len(), Mark::NONE);
+        for (((body, pose), velocity), mark) in world.bodies.iter().zip(poses).zip(velocities).zip(&mut self.marks) {
             let turn = Mat3::from_quat(pose.rotation);
             let spread = Mat3::from_cols(turn.x_axis.abs(), turn.y_axis.abs(), turn.z_axis.abs());
             let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
@@ -69,8 +104,19 @@ impl BroadPhase {
             }
             self.bodies.push(if body.hull_count == 0 { Bounds::EMPTY } else { Bounds::around(low, high) });
             let reach = dt * (velocity.linear.length() + velocity.angular.length() * body.radius);
-            self.margins.push(0.5 * offset + reach.min(0.5 * MAX_SPECULATIVE_MARGIN));
+            let margin = 0.5 * offset + reach.min(0.5 * MAX_SPECULATIVE_MARGIN);
+            self.margins.push(margin);
+            let is_still = mark.holds(pose, margin, body.radius);
+            self.still.push(is_still);
+            if !is_still {
+                *mark = Mark { pose: *pose, margin };
+            }
         }
+    }
+
+    /// True if this body pair keeps its contacts.
+    pub fn keeps(&self, pair: [u32; 2]) -> bool {
+        pair.iter().all(|&body| self.still[body as usize])
     }
 
     /// Distance within which contacts of this body pair are made, m.
@@ -102,7 +148,7 @@ impl BroadPhase {
         for (index, &pair) in world.pairs.iter().enumerate() {
             let [a, b] = pair.map(|i| i as usize);
             let margin = margin(pair);
-            if !self.bodies[a].overlaps(&self.bodies[b], margin) {
+            if self.keeps(pair) || !self.bodies[a].overlaps(&self.bodies[b], margin) {
                 continue;
             }
             for hull_a in world.hulls_of(a) {

@@ -10,6 +10,7 @@ use crate::world::{
     constants::{JOINING_COSINE, MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES, PATCH_COSINE},
 };
 use glam::Vec3;
+use std::ops::Range;
 
 /// `Patch::a` of a contact with the ground.
 pub const GROUND: u32 = u32::MAX;
@@ -44,6 +45,8 @@ pub struct Contact {
     pub point: Vec3,
     /// Distance of the surfaces along the normal, m; negative: overlap.
     pub separation: f32,
+    /// The same when the point was found.
+    pub found: f32,
     /// The point in the frame of the first body (the world for the ground) and of the second, m: what matching compares.
     pub anchors: [Vec3; 2],
     /// Normal impulse of the last small step, N s.
@@ -73,6 +76,14 @@ impl ContactSet {
         &self.points[patch.first as usize..][..patch.count as usize]
     }
 
+    /// Adds patches of a pair of bodies that hardly moved since the last substep's set `old` was made, as they were there.
+    pub fn keep(&mut self, bodies: [u32; 2], poses: &[Pose], old: &Self, patches: Range<usize>) {
+        for patch in &old.patches[patches] {
+            self.patches.push(Patch { first: self.points.len() as u32, ..*patch });
+            self.points.extend(old.points_of(patch).iter().map(|contact| contact.followed(bodies, poses)));
+        }
+    }
+
     /// Adds a patch of a pair. `old` is the last substep's set and `candidates` its patches of the same pair: the
     /// best-aligned one hands over its friction, and its points their impulses, each once.
     pub fn push(
@@ -82,7 +93,7 @@ impl ContactSet {
         poses: &[Pose],
         gathered: &[Gathered],
         old: &mut Self,
-        candidates: std::ops::Range<usize>,
+        candidates: Range<usize>,
     ) {
         let normal = gathered[0].normal;
         let aligned = |patch: &Patch| patch.normal.dot(normal);
@@ -114,11 +125,22 @@ impl ContactSet {
                 normal: *normal,
                 point: middle,
                 separation: point.separation,
+                found: point.separation,
                 anchors,
                 impulse,
                 load,
             });
         }
+    }
+}
+
+impl Contact {
+    /// The same contact after its bodies moved by little.
+    fn followed(&self, [a, b]: [u32; 2], poses: &[Pose]) -> Self {
+        let on_a = if a == GROUND { self.anchors[0] } else { poses[a as usize].point(self.anchors[0]) };
+        let on_b = poses[b as usize].point(self.anchors[1]);
+        let separation = self.found + self.normal.dot(on_b - on_a);
+        Self { point: 0.5 * (on_a + on_b), separation, ..*self }
     }
 }
 

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::world::{Capacities, Pose, SimSettings, Status, Velocity, World, constants::MAX_CAPACITY_GROWTH};
 use glam::Vec3;
+use std::ops::Range;
 
 /// Everything that one candidate needs besides the world; made once per thread and reused.
 pub struct Workspace {
@@ -57,6 +58,7 @@ impl Workspace {
         self.poses.copy_from_slice(placed);
         self.velocities.fill(Velocity::default());
         self.status = Status::default();
+        self.broad.forget();
         self.pairs.clear();
         self.caches.clear();
         self.contacts.clear();
@@ -104,9 +106,14 @@ impl Workspace {
         clock.lap(Kernel::BroadPhase);
         let mut old = 0;
         let mut next = 0;
-        while next < self.pairs.len() {
-            let index = self.pairs[next].pair;
-            let pair = world.pairs[index as usize];
+        for (index, &pair) in (0..).zip(&world.pairs) {
+            if self.broad.keeps(pair) {
+                self.keep(index, pair, &mut old);
+                continue;
+            }
+            if self.pairs.get(next).is_none_or(|listed| listed.pair != index) {
+                continue;
+            }
             let margin = self.broad.margin(pair);
             let [pose_a, pose_b] = pair.map(|i| self.poses[i as usize]);
             let velocities = pair.map(|i| self.falling(world, horizon * settings.gravity, i as usize));
@@ -134,6 +141,11 @@ impl Workspace {
         }
         for (index, body) in world.bodies.iter().enumerate() {
             let margin = self.broad.ground_margin(index, settings.contact_offset);
+            let entry = (world.pairs.len() + index) as u32;
+            if self.broad.still[index] {
+                self.keep(entry, [GROUND, index as u32], &mut old);
+                continue;
+            }
             if body.is_static() || self.broad.lowest(index) > margin {
                 continue;
             }
@@ -145,7 +157,7 @@ impl Workspace {
                 clock.ground(hull, out);
             }
             clock.lap(Kernel::Manifold);
-            self.emit((world.pairs.len() + index) as u32, [GROUND, index as u32], &mut old);
+            self.emit(entry, [GROUND, index as u32], &mut old);
             clock.lap(Kernel::Contacts);
         }
         if self.contacts.points.len() as u32 > self.capacities.contacts {
@@ -201,17 +213,30 @@ impl Workspace {
 
     /// Merges what was gathered for a pair and makes its patches. `old` walks through the last substep's patches.
     fn emit(&mut self, pair: u32, bodies: [u32; 2], old: &mut usize) {
+        let before = self.old_patches(pair, old);
+        self.gatherer.merge();
+        for patch in self.gatherer.patches() {
+            self.contacts.push(pair, bodies, &self.poses, patch, &mut self.old_contacts, before.clone());
+        }
+    }
+
+    /// Takes over the last substep's patches of a pair.
+    fn keep(&mut self, pair: u32, bodies: [u32; 2], old: &mut usize) {
+        let before = self.old_patches(pair, old);
+        self.contacts.keep(bodies, &self.poses, &self.old_contacts, before);
+    }
+
+    /// The last substep's patches of a pair. `old` is where they end; all that begin before it are of earlier pairs.
+    fn old_patches(&self, pair: u32, old: &mut usize) -> Range<usize> {
         let patches = &self.old_contacts.patches;
         let first = *old + patches[*old..].iter().take_while(|patch| patch.pair < pair).count();
         *old = first + patches[first..].iter().take_while(|patch| patch.pair == pair).count();
-        self.gatherer.merge();
-        for patch in self.gatherer.patches() {
-            self.contacts.push(pair, bodies, &self.poses, patch, &mut self.old_contacts, first..*old);
-        }
+        first..*old
     }
 
     /// Measures the deepest overlap of the parts of each pair of `World::pairs` at the present poses, m.
     pub fn measure_depths(&mut self, world: &World, narrow: &Separator, depths: &mut [f32]) {
+        self.broad.forget();
         self.broad.update(world, &self.poses, &self.velocities, 0.0, 0.0);
         self.list_pairs(world, Some(0.0));
         depths.fill(0.0);
@@ -222,7 +247,75 @@ impl Workspace {
             *deepest = deepest.max(narrow.depth(&hulls, *deepest));
         }
         // The list holds other margins' pairs now: it must not be taken for the last substep's.
+        self.broad.forget();
         self.pairs.clear();
         self.caches.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::{Group, contacts::Contact};
+    use crate::world::{BodyDef, NarrowPhase, constants::RECYCLING_DISTANCE};
+    use glam::Quat;
+
+    /// A flat brick with a cube on it, at rest after a second and a half.
+    fn at_rest() -> (World, SimSettings, Separator, Group) {
+        let brick = |half: Vec3, y: f32| {
+            let corner =
+                |i: usize| half * (2.0 * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 1.0);
+            let start = Pose::new(Quat::from_rotation_y(y), Vec3::Y * y);
+            let inertia = Vec3::splat(0.7 * half.max_element() * half.max_element());
+            BodyDef { parts: vec![(0..8).map(corner).collect()], mass: 1.0, inertia, unit: 0, start, reference: start }
+        };
+        let world = World::new(&[brick(Vec3::new(0.2, 0.05, 0.2), 0.051), brick(Vec3::splat(0.1), 0.202)], &[0]);
+        let settings = SimSettings::default();
+        let narrow = Separator::new(NarrowPhase::Twin, &world.hulls);
+        let mut group = Group::new(&world, 1);
+        group.start(&world.start);
+        (0..90).for_each(|_| group.step(&world, &settings, &narrow));
+        (world, settings, narrow, group)
+    }
+
+    #[test]
+    fn what_rests_keeps_its_contacts_as_they_would_be_found() {
+        let (world, settings, narrow, mut group) = at_rest();
+        let workspace = &mut group.candidates_mut()[0];
+        // The one that rests is pressed in by a hundredth of a millimetre, which is no more than counts as still.
+        workspace.poses[1].translation.y -= 0.2 * RECYCLING_DISTANCE;
+        let mut fresh = Workspace::new(&world);
+        fresh.start(&workspace.poses);
+        for candidate in [&mut *workspace, &mut fresh] {
+            candidate.collide(&world, &settings, &narrow);
+        }
+        assert_eq!((workspace.pairs().len(), fresh.pairs().len()), (0, 1), "hulls looked at");
+        let (kept, found) = (workspace.contacts(), fresh.contacts());
+        assert_eq!((kept.points.len(), kept.patches.len()), (found.points.len(), found.patches.len()));
+        assert!(kept.points.len() >= 8, "four points below each: {}", kept.points.len());
+        for contact in &kept.points {
+            let near = |other: &&Contact| other.point.distance(contact.point) < 1e-4;
+            let same = found.points.iter().find(near).unwrap_or_else(|| panic!("{contact:?} is not found"));
+            assert!((same.separation - contact.separation).abs() < 1e-6, "{contact:?}, {same:?}");
+            assert!(contact.impulse > 0.0 && same.impulse == 0.0, "{contact:?}, {same:?}");
+        }
+    }
+
+    #[test]
+    fn contacts_are_found_anew_where_something_moved_or_was_measured() {
+        let (world, settings, narrow, mut group) = at_rest();
+        let workspace = &mut group.candidates_mut()[0];
+        let mut listed = |change: &dyn Fn(&mut Workspace)| {
+            change(workspace);
+            workspace.collide(&world, &settings, &narrow);
+            workspace.pairs().len()
+        };
+        assert_eq!(listed(&|_| ()), 0, "at rest");
+        assert_eq!(listed(&|at_rest| at_rest.poses[1].translation.x += 2.0 * RECYCLING_DISTANCE), 1, "shifted");
+        assert_eq!(listed(&|_| ()), 0, "and again at rest");
+        let turn = Quat::from_rotation_y(2.0 * RECYCLING_DISTANCE / world.bodies[0].radius);
+        assert_eq!(listed(&|at_rest| at_rest.poses[0].rotation = turn * at_rest.poses[0].rotation), 1, "turned");
+        assert_eq!(listed(&|at_rest| at_rest.velocities[1].linear.x = 0.1), 1, "faster, and so with a larger margin");
+        assert_eq!(listed(&|at_rest| at_rest.measure_depths(&world, &narrow, &mut [0.0])), 1, "measured");
     }
 }

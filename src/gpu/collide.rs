@@ -7,7 +7,7 @@ use super::buffer::Buffer;
 use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
-use super::layout::{Ball, Batch, Body, Bounds, HullPair, Pose, Preference, Separation, Sim, Velocity};
+use super::layout::{Ball, Batch, Body, Bounds, HullPair, Mark, Pose, Preference, Separation, Sim, Velocity};
 use super::tables::Tables;
 use crate::world::{SimSettings, World};
 
@@ -17,6 +17,8 @@ pub struct Collide {
     /// `[candidates][hulls]` and `[candidates][bodies]`
     pub hull_boxes: Buffer<Bounds>,
     pub body_boxes: Buffer<Bounds>,
+    /// `[candidates][bodies]`
+    pub marks: Buffer<Mark>,
     /// `[candidates][pairs]`
     pub pair_counts: Buffer<u32>,
     /// By parity, `[candidates][pairs + 1]`: where a body pair's hull pairs begin; the last is their number, which goes on
@@ -71,6 +73,7 @@ impl Collide {
         let none = Buffer::from_slice(gpu, "preference", &[Preference::NONE])?;
         let hull_boxes = Buffer::new(gpu, "hull_boxes", candidates * world.hulls.hulls.len())?;
         let body_boxes = Buffer::new(gpu, "body_boxes", rows)?;
+        let marks = Buffer::new(gpu, "marks", rows)?;
         let pair_counts = Buffer::new(gpu, "pair_counts", pairs)?;
         let starts = || Buffer::new(gpu, "pair_starts", pairs + candidates);
         let pair_starts = [starts()?, starts()?];
@@ -92,6 +95,7 @@ impl Collide {
                 velocities: motion.velocities.read(),
                 hull_boxes: hull_boxes.write(),
                 body_boxes: body_boxes.write(),
+                marks: marks.write(),
             };
             let counts = kernels::PairCountsBuffers {
                 batch,
@@ -193,6 +197,7 @@ impl Collide {
         Ok(Self {
             hull_boxes,
             body_boxes,
+            marks,
             pair_counts,
             pair_starts,
             most_hull_pairs,
@@ -204,7 +209,7 @@ impl Collide {
         })
     }
 
-    /// Before the first substep: no hull pair is known yet.
+    /// Before the first substep: no hull pair is known yet, and no contact.
     pub fn reset(&self, recorder: &mut Recorder<'_>) {
         self.forget(recorder);
         recorder.clear(&self.most_hull_pairs);
@@ -227,7 +232,7 @@ impl Collide {
     }
 
     /// Measures the deepest overlap of each body pair at the present poses, into `depths` (m, 0 if apart). The next substep
-    /// knows no hull pairs.
+    /// knows no hull pairs and keeps no contacts.
     pub fn measure(&self, recorder: &mut Recorder<'_>, depths: &Buffer<f32>) {
         self.forget(recorder);
         recorder.run(&self.measuring);
@@ -236,6 +241,7 @@ impl Collide {
     }
 
     fn forget(&self, recorder: &mut Recorder<'_>) {
+        recorder.clear(&self.marks);
         self.pair_starts.iter().for_each(|starts| recorder.clear(starts));
     }
 }

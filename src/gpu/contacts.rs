@@ -178,6 +178,8 @@ impl Contacts {
             batch,
             sim,
             bodies: inputs.bodies.read(),
+            pairs: tables.pairs.read(),
+            body_boxes: inputs.body_boxes.read(),
             pair_starts: inputs.pair_starts[parity].read(),
             manifolds: self.manifolds.read(),
             manifold_points: self.manifold_points.read(),

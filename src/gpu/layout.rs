@@ -8,7 +8,7 @@ use crate::world::{
     Capacities, EnergyWeights, HullTables, PenetrationMode, STATIC, SimSettings, Status, Stream, World,
 };
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 pub use crate::world::{Body, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
 
@@ -180,14 +180,27 @@ pub struct Bounds {
     pub margin: f32,
     /// Half extents, m.
     pub half_extents: Vec3,
-    pad: f32,
+    /// 1 if the body keeps its contacts with others that keep theirs; of bodies' boxes only.
+    pub is_still: u32,
 }
 
 impl Bounds {
     /// A box with the margin of its body.
     pub fn new(center: Vec3, half_extents: Vec3, margin: f32) -> Self {
-        Self { center, margin, half_extents, pad: 0.0 }
+        Self { center, margin, half_extents, is_still: 0 }
     }
+}
+
+/// Where a body was when its contacts were last found; all zero if they never were.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Mark {
+    /// Unit quaternion.
+    pub rotation: Quat,
+    /// m
+    pub translation: Vec3,
+    /// Its margin then, m.
+    pub margin: f32,
 }
 
 /// Ball inside a hull, for the search of separating axes.
@@ -322,7 +335,7 @@ pub struct Outline {
 pub struct Merged {
     /// Points of each patch, eight bits a patch.
     pub sizes: u32,
-    /// Where the numbers of its points begin.
+    /// Where the numbers of its points begin; `u32::MAX` if it keeps its contacts.
     pub first: u32,
 }
 
@@ -366,7 +379,8 @@ pub struct Contact {
     pub load: f32,
     /// The point in the frame of the second body, m.
     pub anchor_b: Vec3,
-    pad: u32,
+    /// The separation when the point was found, m.
+    pub found: f32,
 }
 
 /// How many candidates have each bit of `world::Status` set.
@@ -403,19 +417,20 @@ pub struct Moving {
     pub touched: u32,
     /// Since the substep's start, m.
     pub shift: Vec3,
-    pad1: u32,
+    /// The number of the last sweep of the small step in which its contacts are solved.
+    pub restless: u32,
     /// Since the substep's start, rad.
     pub turn: Vec3,
-    pad2: u32,
+    pad1: u32,
     /// First column of the world inverse inertia, 1 / (kg m²).
     pub inertia_x: Vec3,
-    pad3: u32,
+    pad2: u32,
     /// Second column.
     pub inertia_y: Vec3,
-    pad4: u32,
+    pad3: u32,
     /// Third column.
     pub inertia_z: Vec3,
-    pad5: u32,
+    pad4: u32,
 }
 
 /// A contact point while a substep is solved.

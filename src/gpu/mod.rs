@@ -34,8 +34,8 @@ pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTA
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
 pub use layout::{
-    Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving,
-    Normal, Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
+    Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged,
+    Moving, Normal, Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
 };
 pub use pipelines::identity;
 pub use plan::{Room, plan};

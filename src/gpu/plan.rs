@@ -5,8 +5,8 @@
 use super::contacts::outlines;
 use super::kernels::SHADERS;
 use super::layout::{
-    Ball, Bounds, Contact, Cursor, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Merged, Moving, Normal,
-    Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
+    Ball, Bounds, Contact, Cursor, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged, Moving,
+    Normal, Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
 };
 use super::layout::{Batch, Body, Draw, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
 use crate::world::constants::MAX_MANIFOLD_POINTS;
@@ -33,7 +33,7 @@ fn bytes<T>(count: usize) -> u64 {
 }
 
 /// Buffers of `Simulation`, by candidate simulated at a time.
-fn simulation(world: &World) -> [Row; 34] {
+fn simulation(world: &World) -> [Row; 35] {
     let [bodies, pairs, hulls] = [world.bodies.len(), world.pairs.len(), world.hulls.hulls.len()];
     let [hull_pairs, contacts] = [world.capacities.hull_pairs, world.capacities.contacts].map(|n| n as usize);
     let (slots, entries) = (hull_pairs + hulls, pairs + bodies);
@@ -46,6 +46,7 @@ fn simulation(world: &World) -> [Row; 34] {
         ("statuses", bytes::<u32>(1)),
         ("hull_boxes", bytes::<Bounds>(hulls)),
         ("body_boxes", bytes::<Bounds>(bodies)),
+        ("marks", bytes::<Mark>(bodies)),
         ("pair_counts", bytes::<u32>(pairs)),
         ("pair_starts", bytes::<u32>(pairs + 1)),
         ("pair_starts", bytes::<u32>(pairs + 1)),

@@ -62,6 +62,10 @@ pub const JOINING_COSINE: f32 = 0.707;
 /// Contact points gathered per body pair before they are merged; the list is merged whenever it is full.
 pub const MAX_GATHERED_POINTS: usize = 128;
 
+/// A body that moved by no more than this since its contacts were found keeps those with others that did not, m; they follow
+/// the bodies to first order (Box3D's idea). Below `BEARING_HEIGHT`, so that the points on which it rests are the same.
+pub const RECYCLING_DISTANCE: f32 = 0.5 * LINEAR_SLOP;
+
 /// An old contact point hands its impulse to a new one within this distance on either body, m.
 pub const MATCH_DISTANCE: f32 = 0.01;
 

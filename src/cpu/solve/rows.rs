@@ -21,6 +21,8 @@ pub struct Moving<S: Simd> {
     pub inverse_inertia: Matrix<S>,
     /// A bit for every candidate: true if the body has contacts, or may come to touch something.
     pub touched: u32,
+    /// The candidates in which a contact of the body changed its speed in the last rigid sweep, and in the present one.
+    pub restless: [Mask<S>; 2],
 }
 
 impl<S: Simd> Moving<S> {
@@ -37,6 +39,7 @@ impl<S: Simd> Moving<S> {
             inverse_mass: 0.0,
             inverse_inertia: Matrix::zero(simd),
             touched: 0,
+            restless: [Mask::splat(simd, false); 2],
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The sweeps of a small step over all contacts, and the motion between them.
 
 use super::lanes::{Mask, Number, at_least, at_most, splat, within};
-use super::rows::{Aim, Friction, Normal, Pair, Row};
+use super::rows::{Aim, Friction, Moving, Normal, Pair, Row};
 use super::union::WidePatch;
 use super::{Softness, Wide};
 use crate::world::{
@@ -25,9 +25,10 @@ impl<S: Simd> Wide<S> {
                     self.warm_start();
                 },
             );
+            self.disturb(all);
             for sweep in 0..PUSHING_SWEEPS {
-                self.sweep_friction(all);
-                self.sweep_normals::<true>(settings, sweep % 2 == 1, all);
+                self.sweep_friction();
+                self.sweep_normals::<true>(settings, sweep % 2 == 1);
             }
             simd.vectorize(
                 #[inline(always)]
@@ -37,20 +38,42 @@ impl<S: Simd> Wide<S> {
                     self.measure(settings, soft);
                 },
             );
-            let mut restless = all;
             for _ in 0..MAX_RELAXING_SWEEPS {
-                self.sweep_friction(restless);
-                let largest = self.sweep_normals::<false>(settings, false, restless);
-                restless &= !largest.simd_lt(RELAXED_SPEED);
-                if restless.all_false() {
+                self.sweep_friction();
+                self.sweep_normals::<false>(settings, false);
+                if self.calm() {
                     break;
                 }
             }
         }
         for _ in 1..settings.velocity_iterations {
-            self.sweep_friction(all);
-            self.sweep_normals::<false>(settings, false, all);
+            self.disturb(all);
+            self.sweep_friction();
+            self.sweep_normals::<false>(settings, false);
         }
+    }
+
+    /// All that moves in these candidates is restless.
+    #[inline(always)]
+    fn disturb(&mut self, candidates: Mask<S>) {
+        let nobody = Mask::splat(self.simd, false);
+        for body in &mut self.bodies {
+            let who = if body.inverse_mass == 0.0 { nobody } else { candidates };
+            body.restless = [who, nobody];
+        }
+    }
+
+    /// Ends a rigid sweep: true if nothing is restless any more.
+    #[inline(always)]
+    fn calm(&mut self) -> bool {
+        let nobody = Mask::splat(self.simd, false);
+        let mut left = nobody;
+        for body in &mut self.bodies {
+            let [_, now] = body.restless;
+            left |= now;
+            body.restless = [now, nobody];
+        }
+        left.all_false()
     }
 
     #[inline(always)]
@@ -96,12 +119,12 @@ impl<S: Simd> Wide<S> {
     /// Coulomb: the tangential impulse stays in the disk of radius μ times the patch's normal impulse, the twist below
     /// what the points' friction can resist about the centre.
     #[inline(always)]
-    fn sweep_friction(&mut self, moving: Mask<S>) {
+    fn sweep_friction(&mut self) {
         self.simd.vectorize(
             #[inline(always)]
             || {
                 for (patch, f) in self.union.patches.iter().zip(&mut self.frictions) {
-                    let solved = patch.present() & moving;
+                    let solved = patch.present() & restless(&self.bodies, patch);
                     if solved.all_false() {
                         continue;
                     }
@@ -118,35 +141,29 @@ impl<S: Simd> Wide<S> {
     /// stopped. What is still apart may come no closer than touching. Gives the largest change of a contact's relative
     /// speed, m/s.
     #[inline(always)]
-    fn sweep_normals<const SPRINGS: bool>(
-        &mut self,
-        settings: &SimSettings,
-        backwards: bool,
-        moving: Mask<S>,
-    ) -> Number<S> {
+    fn sweep_normals<const SPRINGS: bool>(&mut self, settings: &SimSettings, backwards: bool) {
         self.simd.vectorize(
             #[inline(always)]
             || {
                 let Self { simd, bodies, union, frictions, normals } = self;
-                let mut largest = splat(*simd, 0.0);
                 let count = union.patches.len();
                 for i in 0..count {
                     let i = if backwards { count - 1 - i } else { i };
                     let patch = &union.patches[i];
-                    let solved = patch.present() & moving;
+                    let solved = patch.present() & restless(bodies, patch);
                     if solved.all_false() {
                         continue;
                     }
                     let before = Pair::of(*simd, bodies, patch.a, patch.b);
                     let mut pair = before;
+                    let mut disturbed = Mask::splat(*simd, false);
                     let points = &mut normals[patch.points()];
                     for k in 0..points.len() {
                         let n = &mut points[if backwards { points.len() - 1 - k } else { k }];
                         if SPRINGS {
                             n.solve_spring(&mut pair);
                         } else {
-                            let speed = n.solve_rigid(&mut pair, solved);
-                            largest = speed.simd_gt(largest).select(speed, largest);
+                            disturbed |= n.solve_rigid(&mut pair, solved).simd_ge(RELAXED_SPEED);
                         }
                     }
                     if !SPRINGS {
@@ -154,8 +171,15 @@ impl<S: Simd> Wide<S> {
                         pair = pair.or(solved, before);
                     }
                     pair.store(bodies, patch.a, patch.b);
+                    if !SPRINGS && disturbed.any_true() {
+                        for body in [patch.a, patch.b] {
+                            let body = &mut bodies[body as usize];
+                            if body.inverse_mass != 0.0 {
+                                body.restless[1] |= disturbed;
+                            }
+                        }
+                    }
                 }
-                largest
             },
         )
     }
@@ -206,6 +230,13 @@ impl<S: Simd> Wide<S> {
             }
         }
     }
+}
+
+/// The candidates in which a patch has to be solved.
+#[inline(always)]
+fn restless<S: Simd>(bodies: &[Moving<S>], patch: &WidePatch<S>) -> Mask<S> {
+    let [[before_a, now_a], [before_b, now_b]] = [patch.a, patch.b].map(|body| bodies[body as usize].restless);
+    before_a | now_a | before_b | now_b
 }
 
 impl<S: Simd> Friction<S> {
