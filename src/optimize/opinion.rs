@@ -1,16 +1,16 @@
 //! A second opinion: what stands only on the facets of one decomposition does not stand in an engine with another.
 //!
-//! The settled layout is let go with both decompositions of its meshes, as it stands and a little shaken. What moves in any
-//! of these runs is searched once more, with a wider spread, and so is what leans or has lost its support. Copies of the layout have those objects shifted and turned
+//! The settled layout is let go with both decompositions of its meshes. What moves with either is searched once more, with
+//! a wider spread, and so is what leans or has lost its support. Copies of the layout have those objects shifted and turned
 //! at random, about where they are and about where they rest with their other parts, or where there is room for them near
 //! the place at which they were set onto it.
-//! Each copy settles and is let go in the same way, and so is a mixture in which every object is as in a copy that it stands
-//! in. The one goes on that ends nearest to the reconstruction, on average over the runs, if less falls in it; an object on
-//! its support is worth any way.
+//! Each copy settles and is let go with both, and so is a mixture in which every object is as in a copy that it stands in.
+//! The one goes on that ends nearest to the reconstruction, with whichever decomposition moves it more, if less falls in it;
+//! an object on its support is worth any way.
 
 use super::{
     Event, Observer,
-    finish::{FALLEN, angle},
+    finish::angle,
     groups::Group,
     rig::Rig,
     run::Run,
@@ -26,26 +26,12 @@ use glam::{DQuat, Vec3};
 /// Copies that a round looks at.
 const COPIES: u32 = 32;
 
-/// Most rounds, and how many in a row that find nothing better are the last.
-const ROUNDS: u32 = 16;
-const PATIENCE: u32 = 3;
-
-/// Runs with each decomposition that start from the layout shaken: other engines have other contacts and their decompositions
-/// other facets, and both give everything a little push.
-const SHAKES: u32 = 2;
-
-/// Standard deviation of that: m, horizontal and vertical, and rad about each axis.
-const SHAKEN: [f32; 6] = [0.002, 0.0, 0.002, 0.017, 0.017, 0.017];
+/// Most rounds; one that finds nothing better is the last.
+const ROUNDS: u32 = 3;
 
 /// Standard deviation of the shift of an object that fails: m, horizontal and vertical; and of its turn about each axis, rad.
 /// The last copies have all of it, the first ones next to nothing.
 const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
-
-/// What an object counts for besides its way that moves, that has fallen over, and that has lost its support: rad, or so
-/// many times 17 cm.
-const MOVES: f64 = 2.0;
-const FELL: f64 = 0.5;
-const LOST: f64 = 10.0;
 
 /// An object turned by more than this from how it was set onto its support leans on something, or has fallen, rad (15°).
 const LEANING: f64 = 0.26;
@@ -56,7 +42,7 @@ type Layout = Vec<scene::Pose>;
 /// A layout at rest, and what both decompositions make of it.
 struct Trial {
     layout: Layout,
-    /// Objects that move in any run.
+    /// Objects that move with either decomposition.
     moving: Vec<usize>,
     /// Those, and what leans, has fallen over or has lost its support.
     failing: Vec<usize>,
@@ -64,18 +50,20 @@ struct Trial {
     lost: Vec<usize>,
     /// Those; if there are none, those that lean or have fallen.
     astray: Vec<usize>,
-    /// Those that have fallen over.
-    fallen: Vec<usize>,
-    /// How far the objects are from the reconstruction and how much farther they go when let go, on average over the runs, as
-    /// the layout term weighs it.
+    /// How far the objects are from the reconstruction and how much farther they go when let go, as the layout term weighs
+    /// it.
     cost: f64,
 }
 
 impl Trial {
-    /// What it costs in all: an object on its support is worth any way, and one that stays a long one.
-    fn price(&self) -> f64 {
-        let of = |price: f64, objects: &[usize]| price * objects.len() as f64;
-        of(LOST, &self.lost) + of(FELL, &self.fallen) + of(MOVES, &self.moving) + self.cost
+    /// How many objects have lost their support, and how many fail.
+    fn failures(&self) -> (usize, usize) {
+        (self.lost.len(), self.failing.len())
+    }
+
+    /// True if objects are back on their supports, or less fails and all are nearer to the reconstruction.
+    fn improves(&self, other: &Self) -> bool {
+        self.lost.len() < other.lost.len() || self.failures() < other.failures() && self.cost < other.cost
     }
 }
 
@@ -100,26 +88,24 @@ impl<'a> Opinions<'a> {
         Self { run, group, models: [model(&run.rigs), model(others)], simulation: run.config.fine() }
     }
 
-    /// Searches what does not stand with both decompositions once more. The layout stays as it is unless a better one is
-    /// found.
+    /// Searches what does not stand with both decompositions once more. The layout stays as it is unless fewer fail.
     pub fn improve(&self, layout: &mut Layout, observer: &mut dyn Observer) -> Result<(), BackendError> {
         let mut best = self.judge(vec![layout.clone()])?.swap_remove(0);
-        let mut idle = 0;
         for round in 0..ROUNDS {
             if best.failing.is_empty()
-                || idle == PATIENCE
                 || observer.event(Event::Reconsidering { failing: best.failing.len() }) == Flow::Stop
             {
                 break;
             }
-            let mut copies = self.settled(0, &self.copies(&best, round)?)?;
-            copies.retain(|copy| self.way(copy) < best.price());
-            let mut trials = self.judge(copies)?;
+            let copies = self.copies(&best, round)?;
+            let mut trials = self.judge(self.settled(0, &copies)?)?;
             let mixed = [mixed(&best, &trials, |object, pose| self.distance(object, pose))];
             trials.extend(self.judge(self.settled(0, &mixed)?)?);
-            match trials.into_iter().min_by(|a, b| a.price().total_cmp(&b.price())) {
-                Some(better) if better.price() < best.price() => (best, idle) = (better, 0),
-                _ => idle += 1,
+            trials.retain(|trial| trial.improves(&best));
+            let order = |a: &Trial, b: &Trial| a.failures().cmp(&b.failures()).then(a.cost.total_cmp(&b.cost));
+            match trials.into_iter().min_by(order) {
+                Some(better) => best = better,
+                None => break,
             }
         }
         *layout = best.layout;
@@ -138,11 +124,11 @@ impl<'a> Opinions<'a> {
 
     /// Copies of a layout in which what moves is shifted and turned, in every other one from where it rests with its other
     /// parts. What has lost its support is set onto it again in all, what leans or has fallen in half of them: it may do so
-    /// for good, and take others along. In every fourth copy what moves is set back, too.
+    /// for good, and take others along.
     fn copies(&self, trial: &Trial, round: u32) -> Result<Vec<Layout>, BackendError> {
         let elsewhere = self.settled(1, std::slice::from_ref(&trial.layout))?.swap_remove(0);
         let places: Vec<Layout> =
-            trial.failing.iter().map(|&object| self.run.free_places(object, &trial.layout)).collect();
+            trial.astray.iter().map(|&object| self.run.free_places(object, &trial.layout)).collect();
         let copy = |copy| {
             let mut layout = trial.layout.clone();
             let mut objects = trial.moving.clone();
@@ -150,13 +136,11 @@ impl<'a> Opinions<'a> {
                 objects.iter().for_each(|&object| layout[object] = elsewhere[object]);
             }
             if !trial.lost.is_empty() || trial.moving.is_empty() || copy % 4 < 2 {
-                objects.clone_from(&trial.failing);
-                for (&object, places) in objects.iter().zip(&places) {
+                for (&object, places) in trial.astray.iter().zip(&places) {
                     let place = places.get(copy as usize * places.len() / COPIES as usize);
-                    if copy % 4 == 0 || trial.astray.contains(&object) {
-                        layout[object] = *place.unwrap_or(&layout[object]);
-                    }
+                    layout[object] = *place.unwrap_or(&layout[object]);
                 }
+                objects.clone_from(&trial.failing);
             }
             self.perturb(&mut layout, &objects, round, copy);
             layout
@@ -171,25 +155,6 @@ impl<'a> Opinions<'a> {
         let mut noise = vec![0.0; std.len()];
         let stream = Stream { seed: self.run.seed, stage: self.run.groups.len() as u32 };
         sample(&vec![0.0; std.len()], &std, stream, round, copy, &mut noise);
-        self.displace(layout, objects, &noise);
-    }
-
-    /// Shakes all that moves, by the same whatever the layout; the first time not at all.
-    fn shaken(&self, layout: &Layout, shake: u32) -> Layout {
-        let mut layout = layout.clone();
-        if shake > 0 {
-            let objects: Vec<usize> = self.group.moving().map(|(_, object)| object).collect();
-            let std = SHAKEN.repeat(objects.len());
-            let mut noise = vec![0.0; std.len()];
-            let stream = Stream { seed: self.run.seed, stage: self.run.groups.len() as u32 + 1 };
-            sample(&vec![0.0; std.len()], &std, stream, 0, shake, &mut noise);
-            self.displace(&mut layout, &objects, &noise);
-        }
-        layout
-    }
-
-    /// Shifts and turns objects about their centres of mass, by six numbers each: m, rad.
-    fn displace(&self, layout: &mut Layout, objects: &[usize], noise: &[f32]) {
         for (&object, noise) in objects.iter().zip(noise.chunks_exact(SPREAD.len())) {
             let rig = &self.run.rigs[object];
             let center = rig.center_of(&layout[object]);
@@ -218,33 +183,26 @@ impl<'a> Opinions<'a> {
         Ok(layouts)
     }
 
-    /// Lets layouts at rest go with both decompositions, as they are and shaken.
+    /// Lets layouts at rest go with both decompositions.
     fn judge(&self, layouts: Vec<Layout>) -> Result<Vec<Trial>, BackendError> {
         let Run { backend, config, seated, .. } = self.run;
         let mut moves = vec![vec![false; seated.len()]; layouts.len()];
         let mut farther = vec![vec![0.0_f64; seated.len()]; layouts.len()];
-        let runs = self.models.len() as f64 * f64::from(SHAKES + 1);
         for (model, Model { world, .. }) in self.models.iter().enumerate() {
-            let rest: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-            for shake in 0..=SHAKES {
-                let starts: Vec<Pose> =
-                    layouts.iter().flat_map(|layout| self.starts(model, &self.shaken(layout, shake))).collect();
-                let checked = verify(*backend, world, &self.simulation, &config.verify, &starts)?;
-                for (candidate, usable) in checked.usable.iter().enumerate() {
-                    for (body, object) in self.group.moving() {
-                        let at = candidate * world.bodies.len() + body;
-                        let motion = Motion::between(&rest[at], &checked.poses[at]);
-                        moves[candidate][object] |= !usable || !motion.is_still(&config.verify);
-                        farther[candidate][object] += self.weighed(motion.drift, motion.turn) / runs;
-                    }
+            let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
+            let checked = verify(*backend, world, &self.simulation, &config.verify, &starts)?;
+            let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
+            for ((motions, usable), (moves, farther)) in motions.zip(moves.iter_mut().zip(&mut farther)) {
+                for (body, object) in self.group.moving() {
+                    let motion = &motions[body];
+                    moves[object] |= !usable || !motion.is_still(&config.verify);
+                    farther[object] = farther[object].max(self.weighed(motion.drift, motion.turn));
                 }
             }
         }
         let trial = |((layout, moves), farther): ((Layout, Vec<bool>), Vec<f64>)| {
             let leans = |object: usize| angle(&layout[object], &seated[object]) > LEANING;
-            let fell = |object: usize| angle(&layout[object], &self.run.input[object]) > FALLEN;
             let movable = || self.group.moving().map(|(_, object)| object);
-            let fallen = movable().filter(|&object| fell(object)).collect();
             let unsupported = self.unsupported(&layout);
             let lost: Vec<usize> = movable().filter(|&object| unsupported[object]).collect();
             // First things first: a round that sets what is lost back leaves alone what only leans.
@@ -254,8 +212,8 @@ impl<'a> Opinions<'a> {
             };
             let moving: Vec<usize> = movable().filter(|&object| moves[object]).collect();
             let failing = movable().filter(|&object| moves[object] || astray.contains(&object)).collect();
-            let cost = self.way(&layout) + movable().map(|object| farther[object]).sum::<f64>();
-            Trial { moving, failing, lost, astray, fallen, cost, layout }
+            let cost = movable().map(|object| self.distance(object, &layout[object]) + farther[object]).sum();
+            Trial { moving, failing, lost, astray, cost, layout }
         };
         Ok(layouts.into_iter().zip(moves).zip(farther).map(trial).collect())
     }
@@ -267,17 +225,11 @@ impl<'a> Opinions<'a> {
         support::lost(scene, rigs, &bodies)
     }
 
-    /// How far an object is from its reconstruction at the height of its support, as the layout term weighs it.
+    /// How far an object is from its reconstruction, as the layout term weighs it.
     fn distance(&self, object: usize, pose: &scene::Pose) -> f64 {
-        let (rig, input) = (&self.run.rigs[object], &self.run.input[object]);
-        let height = rig.center_of(&self.run.seated[object]).y;
-        let way = rig.center_of(pose).distance(rig.center_of(input).with_y(height));
-        self.weighed(way, pose.rotation.angle_between(input.rotation))
-    }
-
-    /// That of all that moves.
-    fn way(&self, layout: &Layout) -> f64 {
-        self.group.moving().map(|(_, object)| self.distance(object, &layout[object])).sum()
+        let (rig, seated) = (&self.run.rigs[object], &self.run.seated[object]);
+        let way = rig.center_of(pose).distance(rig.center_of(seated));
+        self.weighed(way, pose.rotation.angle_between(seated.rotation))
     }
 
     /// A way (m) and an angle (rad) in one number.

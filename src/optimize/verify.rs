@@ -18,12 +18,6 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// From one pose to another, of speeds unknown.
-    pub fn between(start: &Pose, end: &Pose) -> Self {
-        let drift = end.translation.distance(start.translation).into();
-        Self { drift, turn: angle_between(end.rotation, start.rotation).into(), ..Self::default() }
-    }
-
     /// True if the body counts as stable.
     pub fn is_still(&self, limits: &VerifySettings) -> bool {
         self.drift <= limits.max_drift.into() && self.turn <= limits.max_turn.into()
@@ -67,8 +61,8 @@ pub(super) fn verify(
         Ok(())
     })?;
     for ((motion, start), end) in motions.iter_mut().zip(starts).zip(&poses) {
-        let Motion { drift, turn, .. } = Motion::between(start, end);
-        (motion.drift, motion.turn) = (drift, turn);
+        motion.drift = end.translation.distance(start.translation).into();
+        motion.turn = angle_between(end.rotation, start.rotation).into();
     }
     Ok(Verified { usable: usable(&statuses, &poses), motions, poses })
 }
