@@ -5,12 +5,12 @@
 //! at random, about where they are and about where they rest with their other parts, or where there is room for them near
 //! the place at which they were set onto it.
 //! Each copy settles and is let go with both, and so is a mixture in which every object is as in a copy that it stands in.
-//! The one goes on in which least is off its support, moves or has fallen over, weighed against how far all ends from the
-//! reconstruction, with whichever decomposition moves it more.
+//! The one goes on that ends nearest to the reconstruction, with whichever decomposition moves it more, if less falls in it;
+//! an object on its support is worth any way.
 
 use super::{
     Event, Observer,
-    finish::{FALLEN, angle},
+    finish::angle,
     groups::Group,
     rig::Rig,
     run::Run,
@@ -26,19 +26,12 @@ use glam::{DQuat, Vec3};
 /// Copies that a round looks at.
 const COPIES: u32 = 32;
 
-/// Most rounds, and how many in a row that find nothing better are the last.
-const ROUNDS: u32 = 8;
-const PATIENCE: u32 = 2;
+/// Most rounds; one that finds nothing better is the last.
+const ROUNDS: u32 = 3;
 
 /// Standard deviation of the shift of an object that fails: m, horizontal and vertical; and of its turn about each axis, rad.
 /// The last copies have all of it, the first ones next to nothing.
 const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
-
-/// What an object counts for besides its way that moves, that has fallen over, and that has lost its support: rad, or so
-/// many times 17 cm. To fell a thing so that it stays does not pay by itself.
-const MOVES: f64 = 2.0;
-const FELL: f64 = 2.0;
-const LOST: f64 = 10.0;
 
 /// An object turned by more than this from how it was set onto its support leans on something, or has fallen, rad (15°).
 const LEANING: f64 = 0.26;
@@ -57,18 +50,20 @@ struct Trial {
     lost: Vec<usize>,
     /// Those; if there are none, those that lean or have fallen.
     astray: Vec<usize>,
-    /// Those that have fallen over.
-    fallen: Vec<usize>,
     /// How far the objects are from the reconstruction and how much farther they go when let go, as the layout term weighs
     /// it.
     cost: f64,
 }
 
 impl Trial {
-    /// What it costs in all: an object on its support is worth any way, and one that stays a long one.
-    fn price(&self) -> f64 {
-        let of = |price: f64, objects: &[usize]| price * objects.len() as f64;
-        of(LOST, &self.lost) + of(FELL, &self.fallen) + of(MOVES, &self.moving) + self.cost
+    /// How many objects have lost their support, and how many fail.
+    fn failures(&self) -> (usize, usize) {
+        (self.lost.len(), self.failing.len())
+    }
+
+    /// True if objects are back on their supports, or less fails and all are nearer to the reconstruction.
+    fn improves(&self, other: &Self) -> bool {
+        self.lost.len() < other.lost.len() || self.failures() < other.failures() && self.cost < other.cost
     }
 }
 
@@ -93,14 +88,11 @@ impl<'a> Opinions<'a> {
         Self { run, group, models: [model(&run.rigs), model(others)], simulation: run.config.fine() }
     }
 
-    /// Searches what does not stand with both decompositions once more. The layout stays as it is unless a better one is
-    /// found.
+    /// Searches what does not stand with both decompositions once more. The layout stays as it is unless fewer fail.
     pub fn improve(&self, layout: &mut Layout, observer: &mut dyn Observer) -> Result<(), BackendError> {
         let mut best = self.judge(vec![layout.clone()])?.swap_remove(0);
-        let mut idle = 0;
         for round in 0..ROUNDS {
             if best.failing.is_empty()
-                || idle == PATIENCE
                 || observer.event(Event::Reconsidering { failing: best.failing.len() }) == Flow::Stop
             {
                 break;
@@ -109,9 +101,11 @@ impl<'a> Opinions<'a> {
             let mut trials = self.judge(self.settled(0, &copies)?)?;
             let mixed = [mixed(&best, &trials, |object, pose| self.distance(object, pose))];
             trials.extend(self.judge(self.settled(0, &mixed)?)?);
-            match trials.into_iter().min_by(|a, b| a.price().total_cmp(&b.price())) {
-                Some(better) if better.price() < best.price() => (best, idle) = (better, 0),
-                _ => idle += 1,
+            trials.retain(|trial| trial.improves(&best));
+            let order = |a: &Trial, b: &Trial| a.failures().cmp(&b.failures()).then(a.cost.total_cmp(&b.cost));
+            match trials.into_iter().min_by(order) {
+                Some(better) => best = better,
+                None => break,
             }
         }
         *layout = best.layout;
@@ -208,9 +202,7 @@ impl<'a> Opinions<'a> {
         }
         let trial = |((layout, moves), farther): ((Layout, Vec<bool>), Vec<f64>)| {
             let leans = |object: usize| angle(&layout[object], &seated[object]) > LEANING;
-            let fell = |object: usize| angle(&layout[object], &self.run.input[object]) > FALLEN;
             let movable = || self.group.moving().map(|(_, object)| object);
-            let fallen = movable().filter(|&object| fell(object)).collect();
             let unsupported = self.unsupported(&layout);
             let lost: Vec<usize> = movable().filter(|&object| unsupported[object]).collect();
             // First things first: a round that sets what is lost back leaves alone what only leans.
@@ -221,7 +213,7 @@ impl<'a> Opinions<'a> {
             let moving: Vec<usize> = movable().filter(|&object| moves[object]).collect();
             let failing = movable().filter(|&object| moves[object] || astray.contains(&object)).collect();
             let cost = movable().map(|object| self.distance(object, &layout[object]) + farther[object]).sum();
-            Trial { moving, failing, lost, astray, fallen, cost, layout }
+            Trial { moving, failing, lost, astray, cost, layout }
         };
         Ok(layouts.into_iter().zip(moves).zip(farther).map(trial).collect())
     }
