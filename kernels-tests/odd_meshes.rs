@@ -29,7 +29,8 @@ fn boxes(folder: &Path, name: &str, boxes: &[[Vec3; 2]]) -> PathBuf {
 
 fn build(mesh: PathBuf, convex_parts: Vec<PathBuf>) -> Result<Shape, ShapeError> {
     let (name, category) = ("thing".into(), "rug".into());
-    let request = ShapeRequest { name, category, mesh, scale: Vec3::ONE, mass: None, convex_parts, up: Vec3::Y };
+    let request =
+        ShapeRequest { name, category, mesh, scale: Vec3::ONE, mass: None, convex_parts, up: Vec3::Y, bears: true };
     Ok(build_shapes(&[request], &ShapeSettings::default(), None, &|_, _, _| ())?.remove(0))
 }
 

@@ -25,6 +25,7 @@ fn request(objects: &Path, name: &str, category: &str) -> ShapeRequest {
         mass: None,
         convex_parts: Vec::new(),
         up: Vec3::Y,
+        bears: false,
     }
 }
 
@@ -169,6 +170,62 @@ fn cavities_stay_open() {
             assert!(free >= radius, "{name}: only {:.1} mm free at {point}", 1e3 * free);
         }
     }
+}
+
+/// A table top that sags by 8 mm in its middle: one part for a table that bears nothing, and parts that follow the top, with
+/// nothing of it uncovered, for one that does.
+#[test]
+fn what_bears_follows_its_top() {
+    const COLUMNS: u32 = 24;
+    let directory = tempfile::tempdir().unwrap();
+    let top = |x: f32, z: f32| 0.05 - 0.008 * (1.0 - x * x) * (1.0 - z * z);
+    let at = |i: u32| 2.0 * i as f32 / COLUMNS as f32 - 1.0;
+    let mut vertices = Vec::new();
+    let mut triangles = Vec::new();
+    let across = COLUMNS + 1;
+    for under in [false, true] {
+        for (i, j) in (0..across).flat_map(|i| (0..across).map(move |j| (i, j))) {
+            let (x, z) = (at(i), at(j));
+            vertices.push([0.8 * x, if under { 0.0 } else { top(x, z) }, 0.4 * z]);
+        }
+        for (i, j) in (0..COLUMNS).flat_map(|i| (0..COLUMNS).map(move |j| (i, j))) {
+            let first = across * across * u32::from(under) + i * across + j;
+            let [a, b, c, d] = [first, first + 1, first + across + 1, first + across];
+            match under {
+                false => triangles.extend([[a, b, c], [a, c, d]]),
+                true => triangles.extend([[a, c, b], [a, d, c]]),
+            }
+        }
+    }
+    for i in 0..COLUMNS {
+        let sides = [
+            [i, i + 1],
+            [(COLUMNS * across) + i + 1, (COLUMNS * across) + i],
+            [(i + 1) * across, i * across],
+            [i * across + COLUMNS, (i + 1) * across + COLUMNS],
+        ];
+        for [a, b] in sides {
+            let [under_a, under_b] = [a + across * across, b + across * across];
+            triangles.extend([[a, under_a, under_b], [a, under_b, b]]);
+        }
+    }
+    let file = obj(directory.path(), "sagging.obj", &vertices, &triangles);
+    // How far the parts reach above the top at most, 5 cm or more from its edge.
+    let above = |shape: &Shape| {
+        let inner = (3..COLUMNS - 2).flat_map(|i| (3..COLUMNS - 2).map(move |j| (at(i), at(j))));
+        let depth = |(x, z): (f32, f32)| {
+            let reached = |h: &u32| clearance(shape, Vec3::new(0.8 * x, top(x, z) + 5e-4 * *h as f32, 0.4 * z)) > 0.0;
+            5e-4 * (0..20).find(reached).unwrap_or(20) as f32
+        };
+        inner.map(depth).fold(0.0, f32::max)
+    };
+    let bare = build(of_file(file.clone(), "table"), None);
+    let bearing = build(ShapeRequest { bears: true, ..of_file(file, "table") }, None);
+    check("bearing", &bearing);
+    assert!(above(&bare) > 5e-3, "the part follows the top by itself: {}", above(&bare));
+    assert!(above(&bearing) <= 2e-3, "{} m above the top, {} parts", above(&bearing), bearing.parts.len());
+    assert!(bearing.parts.len() <= ShapeSettings::default().bearing_parts);
+    assert!(bearing.quality.uncovered_max_mm < 0.5, "{:?}", bearing.quality);
 }
 
 #[test]
@@ -431,6 +488,7 @@ fn truth_overlaps() {
                 mass: None,
                 convex_parts: Vec::new(),
                 up: Vec3::Y,
+                bears: false,
             })
             .collect();
         let start = Instant::now();

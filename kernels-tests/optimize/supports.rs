@@ -153,3 +153,22 @@ fn what_stands_on_one_decomposition_only_is_searched_again() {
     assert!(object.stable && object.stable_otherwise && !object.fallen && !object.lost_support, "{object:?}");
     assert!(object.moved < 0.05, "{object:?}");
 }
+
+/// A board of 30 cm on its edge, which stands as long as nothing pushes it: on a slope of 1.1° it falls if it is thinner than
+/// 6 mm.
+#[test]
+fn what_stands_on_next_to_nothing_is_laid_down() {
+    let board = |thickness: f32, second_opinion: bool| {
+        let mut boxes = Boxes::default();
+        let board = boxes.add("board", GROUND, Vec3::new(0.2, 0.3, thickness), DVec3::ZERO);
+        let config = Config { second_opinion, ..frozen() };
+        let outcome = run(&boxes.scene(), &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+        outcome.objects[board].clone()
+    };
+    for (thickness, second_opinion) in [(0.003, false), (0.012, true)] {
+        let object = board(thickness, second_opinion);
+        assert!(object.stable && object.moved < 1e-3 && object.turned < 1e-3, "{thickness} m: {object:?}");
+    }
+    let object = board(0.003, true);
+    assert!(object.stable && object.turned > 1.5, "{object:?}");
+}

@@ -4,7 +4,6 @@ use super::{
     Checkpoint, Clearances, Event, GroupRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings, exact,
     groups::Group,
     opinion::Opinions,
-    rig::Rig,
     room::Placer,
     run::Run,
     settle::settle,
@@ -41,8 +40,7 @@ impl Run<'_> {
             observer.event(Event::Settling);
             let starts = self.starts(&self.rigs, global, &layout);
             (settled_after, at_rest) = self.settle(global, &world, &starts, &mut layout, &mut state.notes)?;
-            let others: Vec<Rig> = self.shapes.iter().map(Rig::alternative).collect();
-            let opinions = Opinions::new(self, global, &others, &layout);
+            let opinions = Opinions::new(self, global, &layout);
             if finished && self.config.second_opinion {
                 opinions.improve(&mut layout, observer)?;
             }

@@ -1,16 +1,17 @@
-//! A second opinion: what stands only on the facets of one decomposition does not stand in an engine with another.
+//! A second opinion: what stands only on the facets of one decomposition, or on a point, does not stand in another
+//! engine.
 //!
-//! The settled layout is let go with both decompositions of its meshes. What moves with either is searched once more, with
-//! a wider spread, and so is what leans or has lost its support. Copies of the layout have those objects shifted and turned
-//! at random, about where they are and about where they rest with their other parts, or where there is room for them near
-//! the place at which they were set onto it.
-//! Each copy settles and is let go with both, and so is a mixture in which every object is as in a copy that it stands in.
-//! The one goes on that ends nearest to the reconstruction, with whichever decomposition moves it more, if less falls in it;
-//! an object on its support is worth any way.
+//! The settled layout is let go with both decompositions of its meshes, and on slippery slopes that fall four ways. What
+//! moves in any of these runs is searched once more, with a wider spread, and so is what leans or has lost its support.
+//! Copies of the layout have those objects shifted and turned at random, about where they are and about where they come
+//! to rest in one of the runs, or where there is room for them near the place at which they were set onto it. Each copy
+//! settles and is let go in the same way, and so is a mixture in which every object is as in a copy that it stands in.
+//! The cheapest goes on: what counts is what has lost its support, moves or has fallen over, and the way from the
+//! reconstruction.
 
 use super::{
     Event, Observer,
-    finish::angle,
+    finish::{FALLEN, angle},
     groups::Group,
     rig::Rig,
     run::Run,
@@ -21,17 +22,36 @@ use super::{
 use crate::cpu::sample::sample;
 use crate::scene;
 use crate::world::{BackendError, Flow, Pose, SimSettings, Stream, World};
-use glam::{DQuat, Vec3};
+use glam::{DQuat, Vec2, Vec3};
 
 /// Copies that a round looks at.
 const COPIES: u32 = 32;
 
-/// Most rounds; one that finds nothing better is the last.
-const ROUNDS: u32 = 3;
+/// Most rounds, and how many in a row that find nothing better are the last.
+const ROUNDS: u32 = 8;
+const PATIENCE: u32 = 2;
+
+/// How steep the slopes are, rad (1.1°): other engines push what touches apart by tenths of a millimetre, and what stands on
+/// less than that falls there.
+const SLOPE: f32 = 0.02;
+
+/// Share of the friction that is left on them: what leans with all of it creeps in engines whose friction gives way.
+const SLIPPERY: f32 = 0.7;
 
 /// Standard deviation of the shift of an object that fails: m, horizontal and vertical; and of its turn about each axis, rad.
 /// The last copies have all of it, the first ones next to nothing.
 const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
+
+/// What an object costs that has lost its support, and that has fallen over: rad, or so many times 17 cm.
+const LOST: f64 = 10.0;
+const FELL: f64 = 2.0;
+
+/// And one that moves, with the parts that the result names, and with others: those may be at fault themselves.
+const MOVES: f64 = 3.0;
+const MOVES_OTHERWISE: f64 = 2.0;
+
+/// Less than this is no gain, in the same unit.
+const WORTH: f64 = 0.05;
 
 /// An object turned by more than this from how it was set onto its support leans on something, or has fallen, rad (15°).
 const LEANING: f64 = 0.26;
@@ -39,10 +59,10 @@ const LEANING: f64 = 0.26;
 /// Poses of all objects.
 type Layout = Vec<scene::Pose>;
 
-/// A layout at rest, and what both decompositions make of it.
+/// A layout at rest, and what the runs make of it.
 struct Trial {
     layout: Layout,
-    /// Objects that move with either decomposition.
+    /// Objects that move in any run.
     moving: Vec<usize>,
     /// Those, and what leans, has fallen over or has lost its support.
     failing: Vec<usize>,
@@ -50,49 +70,55 @@ struct Trial {
     lost: Vec<usize>,
     /// Those; if there are none, those that lean or have fallen.
     astray: Vec<usize>,
-    /// How far the objects are from the reconstruction and how much farther they go when let go, as the layout term weighs
-    /// it.
+    /// How far the objects are from the reconstruction and how much farther they go when let go, on average over the runs, as
+    /// the layout term weighs it; and what it costs that they lost their supports, fell or moved.
     cost: f64,
 }
 
-impl Trial {
-    /// How many objects have lost their support, and how many fail.
-    fn failures(&self) -> (usize, usize) {
-        (self.lost.len(), self.failing.len())
-    }
-
-    /// True if objects are back on their supports, or less fails and all are nearer to the reconstruction.
-    fn improves(&self, other: &Self) -> bool {
-        self.lost.len() < other.lost.len() || self.failures() < other.failures() && self.cost < other.cost
-    }
-}
-
-/// One decomposition of all meshes.
-struct Model<'a> {
-    rigs: &'a [Rig],
+/// All objects with the parts, masses and friction of a run.
+struct Model {
+    rigs: Vec<Rig>,
     world: World,
+    simulation: SimSettings,
+    /// What an object costs that moves.
+    price: f64,
 }
 
-/// The movable objects with each of their decompositions: first the parts that the result names, then the others.
+/// The movable objects as they are in each run: with the parts that the result names, with their alternative ones, and with the
+/// former on slopes.
 pub(super) struct Opinions<'a> {
     run: &'a Run<'a>,
     group: &'a Group,
-    models: [Model<'a>; 2],
-    simulation: SimSettings,
+    models: Vec<Model>,
 }
 
 impl<'a> Opinions<'a> {
-    /// For the objects of `group`; `others` are their rigs with the alternative parts.
-    pub fn new(run: &'a Run<'a>, group: &'a Group, others: &'a [Rig], layout: &[scene::Pose]) -> Self {
-        let model = |rigs: &'a [Rig]| Model { rigs, world: group.world(rigs, &run.walls, layout, &run.seated) };
-        Self { run, group, models: [model(&run.rigs), model(others)], simulation: run.config.fine() }
+    /// For the objects of `group`, on slopes as they lie in `layout`.
+    pub fn new(run: &'a Run<'a>, group: &'a Group, layout: &[scene::Pose]) -> Self {
+        let as_it_is = run.config.fine();
+        let slippery = SimSettings { friction: SLIPPERY * as_it_is.friction, ..as_it_is.clone() };
+        let model = |rigs: Vec<Rig>, simulation: &SimSettings, price: f64| Model {
+            world: group.world(&rigs, &run.walls, layout, &run.seated),
+            rigs,
+            simulation: simulation.clone(),
+            price,
+        };
+        let alternative = run.shapes.iter().map(Rig::alternative).collect();
+        let slopes = [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y].map(|way| SLOPE * way);
+        let on = |slope| run.rigs.iter().zip(layout).map(|(rig, pose)| rig.on_slope(pose, slope)).collect();
+        let mut models =
+            vec![model(run.rigs.clone(), &as_it_is, MOVES), model(alternative, &as_it_is, MOVES_OTHERWISE)];
+        models.extend(slopes.map(|slope| model(on(slope), &slippery, MOVES)));
+        Self { run, group, models }
     }
 
-    /// Searches what does not stand with both decompositions once more. The layout stays as it is unless fewer fail.
+    /// Searches what does not stand in all runs once more. The layout stays as it is unless a better one is found.
     pub fn improve(&self, layout: &mut Layout, observer: &mut dyn Observer) -> Result<(), BackendError> {
         let mut best = self.judge(vec![layout.clone()])?.swap_remove(0);
+        let mut idle = 0;
         for round in 0..ROUNDS {
             if best.failing.is_empty()
+                || idle == PATIENCE
                 || observer.event(Event::Reconsidering { failing: best.failing.len() }) == Flow::Stop
             {
                 break;
@@ -101,11 +127,10 @@ impl<'a> Opinions<'a> {
             let mut trials = self.judge(self.settled(0, &copies)?)?;
             let mixed = [mixed(&best, &trials, |object, pose| self.distance(object, pose))];
             trials.extend(self.judge(self.settled(0, &mixed)?)?);
-            trials.retain(|trial| trial.improves(&best));
-            let order = |a: &Trial, b: &Trial| a.failures().cmp(&b.failures()).then(a.cost.total_cmp(&b.cost));
-            match trials.into_iter().min_by(order) {
-                Some(better) => best = better,
-                None => break,
+            let cheapest = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+            match cheapest.filter(|trial| trial.cost + WORTH < best.cost) {
+                Some(better) => (best, idle) = (better, 0),
+                None => idle += 1,
             }
         }
         *layout = best.layout;
@@ -115,24 +140,25 @@ impl<'a> Opinions<'a> {
     /// What the moving bodies of a layout do with their other parts, in the group's order; nothing if that cannot be
     /// simulated.
     pub fn second(&self, layout: &Layout) -> Result<Vec<Motion>, BackendError> {
-        let Model { world, .. } = &self.models[1];
-        let checked =
-            verify(self.run.backend, world, &self.simulation, &self.run.config.verify, &self.starts(1, layout))?;
+        let Model { world, simulation, .. } = &self.models[1];
+        let checked = verify(self.run.backend, world, simulation, &self.run.config.verify, &self.starts(1, layout))?;
         let moving = self.group.moving().map(|(body, _)| checked.motions[body]);
         Ok(if checked.usable[0] { moving.collect() } else { Vec::new() })
     }
 
-    /// Copies of a layout in which what moves is shifted and turned, in every other one from where it rests with its other
-    /// parts. What has lost its support is set onto it again in all, what leans or has fallen in half of them: it may do so
+    /// Copies of a layout in which what moves is shifted and turned, in every other one from where it comes to rest in one of
+    /// the runs. What has lost its support is set onto it again in all, what leans or has fallen in half of them: it may do so
     /// for good, and take others along.
     fn copies(&self, trial: &Trial, round: u32) -> Result<Vec<Layout>, BackendError> {
-        let elsewhere = self.settled(1, std::slice::from_ref(&trial.layout))?.swap_remove(0);
+        let settled = |model| Ok(self.settled(model, std::slice::from_ref(&trial.layout))?.swap_remove(0));
+        let elsewhere: Vec<Layout> = (1..self.models.len()).map(settled).collect::<Result<_, BackendError>>()?;
         let places: Vec<Layout> =
             trial.astray.iter().map(|&object| self.run.free_places(object, &trial.layout)).collect();
         let copy = |copy| {
             let mut layout = trial.layout.clone();
             let mut objects = trial.moving.clone();
             if copy % 2 == 1 {
+                let elsewhere = &elsewhere[copy as usize / 2 % elsewhere.len()];
                 objects.iter().for_each(|&object| layout[object] = elsewhere[object]);
             }
             if !trial.lost.is_empty() || trial.moving.is_empty() || copy % 4 < 2 {
@@ -166,14 +192,14 @@ impl<'a> Opinions<'a> {
     }
 
     fn starts(&self, model: usize, layout: &Layout) -> Vec<Pose> {
-        self.run.starts(self.models[model].rigs, self.group, layout)
+        self.run.starts(&self.models[model].rigs, self.group, layout)
     }
 
     /// Where the layouts come to rest; what cannot be simulated stays.
     fn settled(&self, model: usize, layouts: &[Layout]) -> Result<Vec<Layout>, BackendError> {
-        let Model { rigs, world } = &self.models[model];
+        let Model { rigs, world, simulation, .. } = &self.models[model];
         let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-        let settled = settle(self.run.backend, world, &self.simulation, &self.run.config.settle, &starts)?;
+        let settled = settle(self.run.backend, world, simulation, &self.run.config.settle, &starts)?;
         let bodies = world.bodies.len();
         let mut layouts = layouts.to_vec();
         for (candidate, layout) in layouts.iter_mut().enumerate().filter(|(candidate, _)| settled.usable[*candidate]) {
@@ -183,36 +209,43 @@ impl<'a> Opinions<'a> {
         Ok(layouts)
     }
 
-    /// Lets layouts at rest go with both decompositions.
+    /// Lets layouts at rest go in all runs.
     fn judge(&self, layouts: Vec<Layout>) -> Result<Vec<Trial>, BackendError> {
         let Run { backend, config, seated, .. } = self.run;
-        let mut moves = vec![vec![false; seated.len()]; layouts.len()];
+        let mut moves = vec![vec![0.0_f64; seated.len()]; layouts.len()];
         let mut farther = vec![vec![0.0_f64; seated.len()]; layouts.len()];
-        for (model, Model { world, .. }) in self.models.iter().enumerate() {
+        for (model, Model { world, simulation, price, .. }) in self.models.iter().enumerate() {
             let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-            let checked = verify(*backend, world, &self.simulation, &config.verify, &starts)?;
+            let checked = verify(*backend, world, simulation, &config.verify, &starts)?;
             let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
             for ((motions, usable), (moves, farther)) in motions.zip(moves.iter_mut().zip(&mut farther)) {
                 for (body, object) in self.group.moving() {
                     let motion = &motions[body];
-                    moves[object] |= !usable || !motion.is_still(&config.verify);
-                    farther[object] = farther[object].max(self.weighed(motion.drift, motion.turn));
+                    moves[object] += if *usable && motion.is_still(&config.verify) { 0.0 } else { *price };
+                    farther[object] += self.weighed(motion.drift, motion.turn) / self.models.len() as f64;
                 }
             }
         }
-        let trial = |((layout, moves), farther): ((Layout, Vec<bool>), Vec<f64>)| {
-            let leans = |object: usize| angle(&layout[object], &seated[object]) > LEANING;
+        let trial = |((layout, moves), farther): ((Layout, Vec<f64>), Vec<f64>)| {
+            let turned = |object: usize| angle(&layout[object], &seated[object]);
             let movable = || self.group.moving().map(|(_, object)| object);
             let unsupported = self.unsupported(&layout);
             let lost: Vec<usize> = movable().filter(|&object| unsupported[object]).collect();
             // First things first: a round that sets what is lost back leaves alone what only leans.
             let astray = match lost.is_empty() {
-                true => movable().filter(|&object| leans(object)).collect(),
+                true => movable().filter(|&object| turned(object) > LEANING).collect(),
                 false => lost.clone(),
             };
-            let moving: Vec<usize> = movable().filter(|&object| moves[object]).collect();
-            let failing = movable().filter(|&object| moves[object] || astray.contains(&object)).collect();
-            let cost = movable().map(|object| self.distance(object, &layout[object]) + farther[object]).sum();
+            let moving: Vec<usize> = movable().filter(|&object| moves[object] > 0.0).collect();
+            let failing = movable().filter(|&object| moves[object] > 0.0 || astray.contains(&object)).collect();
+            let price = |object: usize| {
+                self.distance(object, &layout[object])
+                    + farther[object]
+                    + if unsupported[object] { LOST } else { 0.0 }
+                    + if turned(object) > FALLEN { FELL } else { 0.0 }
+                    + moves[object]
+            };
+            let cost = movable().map(price).sum();
             Trial { moving, failing, lost, astray, cost, layout }
         };
         Ok(layouts.into_iter().zip(moves).zip(farther).map(trial).collect())

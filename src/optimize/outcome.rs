@@ -39,7 +39,7 @@ pub enum Event<'a> {
     },
     /// The winner settles to rest.
     Settling,
-    /// What does not stand with other parts is searched once more.
+    /// What does not stand with other parts or on slopes is searched again.
     Reconsidering {
         /// How many objects that are.
         failing: usize,

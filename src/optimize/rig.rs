@@ -3,7 +3,7 @@
 use crate::scene;
 use crate::shape::{MassProperties, Part, Shape};
 use crate::world::{BodyDef, Pose};
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec2, Vec3};
 
 /// One object as a rigid body. The body's frame is its centre of mass with principal axes; the object's frame is that of
 /// its scaled mesh.
@@ -26,6 +26,17 @@ impl Rig {
     /// The same object as its other decomposition has it.
     pub(super) fn alternative(shape: &Shape) -> Self {
         Self::of_parts(&shape.alternative.parts, &shape.alternative.mass)
+    }
+
+    /// The same object on ground that falls by `slope` (rad, x and z): with its centre of mass off to that side by what the
+    /// slope makes of its height above its lowest vertex, as it lies at `pose`.
+    pub(super) fn on_slope(&self, pose: &scene::Pose, slope: Vec2) -> Self {
+        let body = self.body(pose);
+        let height = f64::from(body.translation.y - self.lowest(&body));
+        let shift = pose.rotation.conjugate() * (height * DVec3::new(slope.x.into(), 0.0, slope.y.into()));
+        let in_body = (self.axes.conjugate() * shift).as_vec3();
+        let shifted = |part: &Vec<Vec3>| part.iter().map(|vertex| *vertex - in_body).collect();
+        Self { center: self.center + shift, parts: self.parts.iter().map(shifted).collect(), ..self.clone() }
     }
 
     fn of_parts(parts: &[Part], mass: &MassProperties) -> Self {
@@ -64,5 +75,29 @@ impl Rig {
     /// The body for the simulator.
     pub fn def(&self, unit: u32, start: Pose, reference: Pose) -> BodyDef {
         BodyDef { parts: self.parts.clone(), mass: self.mass, inertia: self.inertia, unit, start, reference }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn on_a_slope_the_centre_is_off_and_the_parts_stay() {
+        let corner =
+            |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * Vec3::new(0.2, 0.6, 0.2);
+        let vertices = (0..8).map(corner).collect();
+        let axes = glam::Quat::from_rotation_z(0.7);
+        let mass = MassProperties { mass: 1.0, center: Vec3::new(0.1, 0.3, 0.1), axes, inertia: Vec3::ONE };
+        let rig = Rig::of_parts(&[Part { vertices }], &mass);
+        let rotation = DQuat::from_rotation_y(1.1);
+        let pose = scene::Pose { rotation, translation: DVec3::new(3.0, 0.5, -2.0) };
+        let sloped = rig.on_slope(&pose, Vec2::new(0.02, -0.01));
+        let off = sloped.center_of(&pose) - rig.center_of(&pose);
+        assert!(off.distance(0.3 * DVec3::new(0.02, 0.0, -0.01)) < 1e-6, "{off}");
+        for (before, now) in rig.parts[0].iter().zip(&sloped.parts[0]) {
+            let (before, now) = (rig.body(&pose).point(*before), sloped.body(&pose).point(*now));
+            assert!(before.distance(now) < 1e-6, "{before} {now}");
+        }
     }
 }

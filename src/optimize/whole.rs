@@ -8,8 +8,8 @@ use glam::DVec3;
 
 /// What has to be made into shapes, in the scene's order.
 pub fn shape_requests(scene: &Scene) -> Vec<ShapeRequest> {
-    (scene.objects.iter())
-        .map(|object| ShapeRequest {
+    (scene.objects.iter().enumerate())
+        .map(|(i, object)| ShapeRequest {
             name: object.name.clone(),
             category: object.category.clone(),
             mesh: object.mesh.clone(),
@@ -17,6 +17,7 @@ pub fn shape_requests(scene: &Scene) -> Vec<ShapeRequest> {
             mass: object.mass.map(|mass| mass as f32),
             convex_parts: object.convex_parts.clone(),
             up: (object.pose.rotation.conjugate() * DVec3::Y).as_vec3(),
+            bears: scene.children(i).next().is_some(),
         })
         .collect()
 }

@@ -5,6 +5,7 @@
 //! would slice it into discs). All are merged down to the budget and the one that bulges least is kept.
 
 use super::ShapeSettings;
+use super::bearing::follow_tops;
 use super::cover::fit;
 use super::hull::Hull;
 use super::merge::{Limits, merge};
@@ -22,20 +23,26 @@ const COMPARTMENT: f32 = 0.004;
 /// Meshes of more connected components than this are not cut like a cake: they are no bowls.
 const CAKE_COMPONENTS: usize = 4;
 
-/// Convex parts of the triangles (scaled, m), at most `budget`; their hulls cover the surface.
+/// Convex parts of the triangles (scaled, m), at most `budget`, or more where things rest on them if it `bears` any; their
+/// hulls cover the surface.
 pub(super) fn decompose(
     triangles: &[[Vec3; 3]],
     solid: &Solid,
     levels: &Levels,
     budget: usize,
+    bears: bool,
     settings: &ShapeSettings,
     notes: &mut Vec<String>,
 ) -> Vec<Hull> {
+    let follow = |pieces: Vec<Piece>| -> Vec<Hull> {
+        let pieces = if bears { follow_tops(pieces, solid, levels.up, settings.bearing_parts) } else { pieces };
+        pieces.into_iter().map(|piece| piece.hull).collect()
+    };
     let Some(whole) = Piece::new(triangles.to_vec(), solid) else {
         return Vec::new();
     };
     if solid.protrusion(&whole.hull).1 <= CONVEX * whole.hull.volume() {
-        return fit(vec![whole.hull], levels, budget, settings);
+        return fit(follow(vec![whole]), levels, budget, settings);
     }
     // A layer of this depth over the whole hull, shared by the parts.
     let layer = 0.5 * settings.accuracy * settings.accuracy * whole.hull.area();
@@ -44,23 +51,16 @@ pub(super) fn decompose(
     let (low, high) = whole.hull.bounds();
     let compartment = COMPARTMENT * (high - low).element_product().powf(4.0 / 3.0);
     let limits = Limits { budget, extra: settings.extra_parts, free: enough, compartment };
-    let mut best: Option<(f32, bool, Vec<Hull>)> = None;
+    let mut best: Option<(f32, bool, Vec<Piece>)> = None;
     let mut consider = |pieces: Vec<Piece>| {
         let pieces = split(pieces, solid, levels.up, most, enough);
         let merged = merge(&pieces, solid, &limits);
         // A part has to be worth what a merge may cost for free.
         let score = merged.bulge + enough * merged.groups.len() as f32;
         if best.as_ref().is_none_or(|b| score < b.0) {
-            let hulls = merged
-                .groups
-                .iter()
-                .filter_map(|members| {
-                    let points: Vec<Vec3> =
-                        members.iter().flat_map(|&m| pieces[m].hull.vertices.iter().copied()).collect();
-                    Hull::new(&points)
-                })
-                .collect();
-            best = Some((score, merged.closed, hulls));
+            let groups = merged.groups.iter();
+            let joined = groups.filter_map(|members| Piece::joined(members.iter().map(|&m| &pieces[m])));
+            best = Some((score, merged.closed, joined.collect()));
         }
     };
     let shells = components(triangles);
@@ -72,13 +72,15 @@ pub(super) fn decompose(
         consider(sectors(&whole, solid, levels.up, budget));
     }
     consider(vec![whole]);
-    let Some((_, closed, hulls)) = best else {
+    let Some((_, closed, pieces)) = best else {
         return Vec::new();
     };
-    let hulls = fit(without_hidden(hulls), levels, budget, settings);
-    if hulls.len() > budget {
-        notes.push(format!("{} parts, more than the {budget} of its category, to keep compartments open", hulls.len()));
+    let pieces = without_hidden(pieces);
+    if pieces.len() > budget {
+        notes
+            .push(format!("{} parts, more than the {budget} of its category, to keep compartments open", pieces.len()));
     }
+    let hulls = fit(follow(pieces), levels, budget, settings);
     if closed {
         notes.push(format!("a compartment is closed: {} parts are too few for it", hulls.len()));
     }
@@ -107,12 +109,12 @@ fn sectors(whole: &Piece, solid: &Solid, up: Vec3, budget: usize) -> Vec<Piece> 
 }
 
 /// Leaves out parts that lie wholly within another part.
-fn without_hidden(mut hulls: Vec<Hull>) -> Vec<Hull> {
-    hulls.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
-    let mut kept: Vec<Hull> = Vec::new();
-    for hull in hulls {
-        if !kept.iter().any(|k| hull.vertices.iter().all(|v| k.excess(*v) <= 1e-5)) {
-            kept.push(hull);
+fn without_hidden(mut pieces: Vec<Piece>) -> Vec<Piece> {
+    pieces.sort_by(|a, b| b.hull.volume().total_cmp(&a.hull.volume()));
+    let mut kept: Vec<Piece> = Vec::new();
+    for piece in pieces {
+        if !kept.iter().any(|k| piece.hull.vertices.iter().all(|v| k.hull.excess(*v) <= 1e-5)) {
+            kept.push(piece);
         }
     }
     kept

@@ -5,6 +5,7 @@
 //! vertices where it shows least (`reduce`) and grow until they cover the surface again (`cover`), and both errors are
 //! measured (`measure`). In the end every part is padded by less than a tenth of a millimetre (`padding`).
 
+mod bearing;
 mod cache;
 mod category;
 mod convex_hull;
@@ -23,6 +24,7 @@ mod obj;
 mod padding;
 mod read;
 mod reduce;
+mod soles;
 mod solid;
 mod split;
 pub(crate) mod triangle;
@@ -50,7 +52,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 17";
+const ALGORITHM: &str = "shape 20";
 /// Parts of an `Alternative`.
 const ALTERNATIVE_PARTS: usize = 16;
 /// Vertices farther from the mesh's origin than this lose millimetres to rounding, m.
@@ -113,6 +115,8 @@ pub struct ShapeRequest {
     pub convex_parts: Vec<PathBuf>,
     /// World up in the mesh frame at the input pose. A hint: poses may be tilted.
     pub up: Vec3,
+    /// True if something rests on it: its parts follow its tops more closely.
+    pub bears: bool,
 }
 
 /// Parameters of the decomposition.
@@ -137,6 +141,8 @@ pub struct ShapeSettings {
     pub max_parts: usize,
     /// Parts beyond the category's budget that may be used to keep a compartment open (0: the paper's hard budget).
     pub extra_parts: usize,
+    /// Parts that an object may have so that they follow the surfaces on which others rest.
+    pub bearing_parts: usize,
     /// True: parts grow until they cover the mesh. False: their vertices lie on it.
     pub covering: bool,
 }
@@ -144,7 +150,7 @@ pub struct ShapeSettings {
 impl ShapeSettings {
     /// The settings of an `Alternative`.
     fn alternative(&self) -> Self {
-        Self { oversplit: 2.0, extra_parts: 0, covering: false, ..self.clone() }
+        Self { oversplit: 2.0, extra_parts: 0, bearing_parts: 16, covering: false, ..self.clone() }
     }
 }
 
@@ -160,6 +166,7 @@ impl Default for ShapeSettings {
             max_vertices: 64,
             max_parts: 32,
             extra_parts: 4,
+            bearing_parts: 32,
             covering: true,
         }
     }
@@ -252,7 +259,7 @@ impl Body {
     fn new(mut hulls: Vec<Hull>, pad: bool) -> Self {
         let (volume, unit) = mass::of_union(&hulls);
         if pad {
-            hulls = hulls.into_iter().map(padding::padded).collect();
+            hulls = soles::flattened(hulls.into_iter().map(padding::padded).collect(), unit.center);
         }
         let parts = hulls.into_iter().map(|hull| hull.vertices).collect();
         Self { parts, volume, center: unit.center, axes: unit.axes, inertia: unit.inertia }
@@ -294,7 +301,7 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
     let up = snapped(request.up);
     let budget = part_budget(&request.category).min(settings.max_parts).max(1);
     let mut key = Key::default();
-    key.text(ALGORITHM).text(&format!("{settings:?} {budget} {up}"));
+    key.text(ALGORITHM).text(&format!("{settings:?} {budget} {up} {}", request.bears));
     for mesh in std::iter::once(&mesh).chain(&given) {
         key.points(&mesh.vertices).triangles(&mesh.triangles);
     }
@@ -311,7 +318,7 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
     let entry = match cache.and_then(|c| c.load::<Entry>(&key)) {
         Some(entry) => entry,
         None => {
-            let entry = compute(&mesh, &given, up, budget, settings);
+            let entry = compute(&mesh, &given, up, budget, request.bears, settings);
             warning = cache.and_then(|c| c.store(&key, &entry).err());
             entry
         }
@@ -373,13 +380,13 @@ fn snapped(up: Vec3) -> Vec3 {
     if nearest.dot(up) >= UP_SNAP { nearest } else { up }
 }
 
-fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, settings: &ShapeSettings) -> Entry {
+fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, bears: bool, settings: &ShapeSettings) -> Entry {
     let triangles = corners(mesh);
     let levels = Levels::new(triangles.iter().flatten().copied(), up);
     let solid = Solid::new(&triangles, up, settings.cells);
     let mut notes = Vec::new();
     let mut hulls = if given.is_empty() {
-        decompose::decompose(&triangles, &solid, &levels, budget, settings, &mut notes)
+        decompose::decompose(&triangles, &solid, &levels, budget, bears, settings, &mut notes)
     } else {
         let points: Vec<Vec<Vec3>> = given.iter().map(|g| corners(g).into_iter().flatten().collect()).collect();
         points.iter().enumerate().flat_map(|(i, points)| ready_made(i, points, &levels, settings, &mut notes)).collect()
@@ -399,7 +406,8 @@ fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, settings: &Shap
         notes.push(format!("the parts leave up to {:.0} mm of the mesh uncovered", quality.uncovered_max_mm));
     }
     let other = settings.alternative();
-    let mut others = decompose::decompose(&triangles, &solid, &levels, ALTERNATIVE_PARTS, &other, &mut Vec::new());
+    let mut others =
+        decompose::decompose(&triangles, &solid, &levels, ALTERNATIVE_PARTS, bears, &other, &mut Vec::new());
     largest_first(&mut others);
     Entry { quality, own: Body::new(hulls, given.is_empty()), alternative: Body::new(others, false), notes }
 }

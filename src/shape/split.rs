@@ -36,6 +36,14 @@ impl Piece {
         let bulge = solid.protrusion(&hull).0;
         Some(Self { triangles, hull, bulge })
     }
+
+    /// Several pieces as one.
+    pub fn joined<'a>(members: impl Iterator<Item = &'a Piece> + Clone) -> Option<Self> {
+        let points: Vec<Vec3> = members.clone().flat_map(|piece| piece.hull.vertices.iter().copied()).collect();
+        let bulge = members.clone().map(|piece| piece.bulge).sum();
+        let triangles = members.flat_map(|piece| piece.triangles.iter().copied()).collect();
+        Some(Self { triangles, hull: Hull::new(&points)?, bulge })
+    }
 }
 
 /// Splits the pieces with the largest bulge until there are `most` of them or none bulges by more than `enough` (m⁴).
