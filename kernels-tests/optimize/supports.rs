@@ -172,3 +172,26 @@ fn what_stands_on_next_to_nothing_is_laid_down() {
     let object = board(0.003, true);
     assert!(object.stable && object.turned > 1.5, "{object:?}");
 }
+
+#[test]
+fn what_stands_side_by_side_gets_room() {
+    let mut boxes = Boxes::default();
+    let cupboard = Vec3::new(1.0, 1.0, 0.5);
+    let left = boxes.add("left", GROUND, cupboard, DVec3::ZERO);
+    boxes.add("vase on it", Parent::Object(left), Vec3::splat(0.2), DVec3::new(0.0, 1.0, 0.0));
+    boxes.add("right", GROUND, cupboard, DVec3::new(1.002, 0.0, 0.0));
+    boxes.add("apart", GROUND, cupboard, DVec3::new(0.0, 0.0, 3.0));
+    for (name, x) in [("left side of a niche", 4.0), ("right side", 5.506)] {
+        let side = boxes.add(name, GROUND, Vec3::new(1.0, 1.0, 2.0), DVec3::new(x, 0.0, 0.0));
+        boxes.objects[side].movable = false;
+    }
+    boxes.add("in the niche", GROUND, Vec3::splat(0.5), DVec3::new(4.753, 0.0, 0.0));
+    let config = Config { second_opinion: true, ..frozen() };
+    let outcome = run(&boxes.scene(), &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+    let [left, vase, right, apart, .., niche] = &outcome.objects[..] else { panic!("{:?}", outcome.objects) };
+    let gap = right.pose.translation.x - left.pose.translation.x - 1.0;
+    assert!((0.010..0.013).contains(&gap), "{gap} m between them");
+    assert!((2e-3..right.moved).contains(&left.moved), "the fuller one moves less: {} {} m", left.moved, right.moved);
+    assert!((vase.moved - left.moved).abs() < 5e-4, "what stands on it comes along: {} m", vase.moved);
+    assert!(apart.moved < 1e-3 && niche.moved < 1e-3, "{} {} m", apart.moved, niche.moved);
+}

@@ -19,6 +19,7 @@ use crate::scene::{Parent, Pose, Relation, Scene};
 use crate::shape::Shape;
 use glam::DVec3;
 use solve::Solver;
+use tolerances::MAX_SPREAD;
 use unit::Unit;
 
 /// What is free to move at a time (the two projection baselines of the paper).
@@ -76,6 +77,31 @@ pub(super) fn start(scene: &Scene, rigs: &[Rig], layout: &[Pose], group: &Group)
     let moved = solved.moves.iter().any(|shift| *shift != DVec3::ZERO);
     let mean = |shift: &DVec3| [shift.x as f32, shift.y as f32, shift.z as f32, 0.0, 0.0, 0.0];
     (solved.converged && moved).then(|| solved.moves.iter().take(group.unit_roots().count()).flat_map(mean).collect())
+}
+
+/// The layout with room between the units of a group that stand beside each other. None if nothing needs to move. What
+/// could only get it by going far, out of a niche, say, stays.
+pub(super) fn spread(scene: &Scene, rigs: &[Rig], layout: &[Pose], group: &Group) -> Option<Vec<Pose>> {
+    let members = group.members();
+    let mut moves: Vec<bool> = members.iter().map(|(objects, moves)| *moves && !is_nested(scene, objects[0])).collect();
+    let shifts = loop {
+        let make = |((objects, _), &moves): (&(Vec<usize>, bool), &bool)| {
+            let unit = if moves { Unit::with_room } else { Unit::new };
+            unit(objects.clone(), moves, rigs, layout)
+        };
+        let units: Vec<Unit> = members.iter().zip(&moves).map(make).collect();
+        let shifts = Solver::new(scene, &units, Scope::Groups).solve().moves;
+        let stays = |shift: &DVec3| shift.length() <= MAX_SPREAD;
+        if shifts.iter().all(stays) {
+            break shifts;
+        }
+        moves.iter_mut().zip(&shifts).for_each(|(moves, shift)| *moves &= stays(shift));
+    };
+    let mut spread = layout.to_vec();
+    for ((objects, _), shift) in members.iter().zip(&shifts) {
+        objects.iter().for_each(|&object| spread[object].translation += *shift);
+    }
+    shifts.iter().any(|shift| *shift != DVec3::ZERO).then_some(spread)
 }
 
 /// What is projected together, stage after stage: lists of objects that keep together, root first, and whether they move.

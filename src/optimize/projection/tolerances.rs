@@ -8,6 +8,14 @@ pub(super) const TOUCHING: f32 = TOUCHING_DEPTH;
 /// Room that two things get when they are parted, m: rounding never makes a parted pair overlap again.
 pub(super) const MARGIN: f32 = 0.1e-3;
 
+/// Room that things beside each other are given at the end, each as a share of its size and at most so many m: other engines'
+/// convex parts reach beyond a mesh by so much, and what begins inside another is thrown.
+pub(super) const ROOM: f32 = 0.005;
+pub(super) const MAX_ROOM: f32 = 0.01;
+
+/// Nothing goes farther for that, m.
+pub(super) const MAX_SPREAD: f64 = 0.05;
+
 /// Sideways directions that are tried.
 pub(super) const SIDES: usize = 16;
 

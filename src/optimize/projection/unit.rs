@@ -1,6 +1,6 @@
 //! What the projection moves or goes round: objects that keep together, as their convex parts.
 
-use super::tolerances::TOUCHING;
+use super::tolerances::{MAX_ROOM, ROOM, TOUCHING};
 use crate::optimize::{rig::Rig, sweep::overlap_interval};
 use crate::scene::{Parent, Pose, Relation, Scene};
 use glam::{DVec3, Vec3};
@@ -33,11 +33,25 @@ pub(super) struct Unit {
 impl Unit {
     /// Objects where `layout` has them, the root first.
     pub fn new(objects: Vec<usize>, moves: bool, rigs: &[Rig], layout: &[Pose]) -> Self {
+        Self::grown(objects, moves, rigs, layout, 0.0)
+    }
+
+    /// The same with its half of the room between it and others, sideways: the larger, the more.
+    pub fn with_room(objects: Vec<usize>, moves: bool, rigs: &[Rig], layout: &[Pose]) -> Self {
+        let unit = Self::new(objects, moves, rigs, layout);
+        let size = Vec3 { y: 0.0, ..unit.bounds.extents() }.length();
+        Self::grown(unit.objects, moves, rigs, layout, (ROOM * size).min(MAX_ROOM))
+    }
+
+    /// With parts that reach farther sideways by `room`, m.
+    fn grown(objects: Vec<usize>, moves: bool, rigs: &[Rig], layout: &[Pose], room: f32) -> Self {
         let mut pieces = Vec::new();
+        let aside: &[Vec3] = if room > 0.0 { &[Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z] } else { &[Vec3::ZERO] };
         for &object in &objects {
             let body = rigs[object].body(&layout[object]);
             for part in &rigs[object].parts {
-                let points: Vec<Vec3> = part.iter().map(|&v| body.point(v)).collect();
+                let grown = |&v: &Vec3| aside.iter().map(move |way| body.point(v) + room * *way);
+                let points: Vec<Vec3> = part.iter().flat_map(grown).collect();
                 if let Some(solid) = ConvexPolyhedron::from_convex_hull(&points) {
                     let bounds = solid.local_aabb();
                     pieces.push(Piece { object, solid, bounds });
