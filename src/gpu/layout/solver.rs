@@ -1,0 +1,146 @@
+//! Contacts, and what the solver makes of them.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// What is left of the contact points of a body pair, or of a body and the ground.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Merged {
+    /// Points of each patch, eight bits a patch.
+    pub sizes: u32,
+    /// Where the numbers of its points begin; `u32::MAX` if it keeps its contacts.
+    pub first: u32,
+}
+
+/// Contact points of two bodies in about one direction.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Patch {
+    /// Unit, from `a` to `b`, world.
+    pub normal: Vec3,
+    /// Index into `World::pairs`; past its end, the body's contact with the ground.
+    pub pair: u32,
+    /// Tangential impulse on `b` of the last small step, world, N s.
+    pub friction: Vec3,
+    /// Angular impulse about the normal on `b` of the last small step, N m s.
+    pub twist: f32,
+    /// First body, or `cpu::contacts::GROUND`.
+    pub a: u32,
+    /// Second body.
+    pub b: u32,
+    /// First of its points.
+    pub first: u32,
+    /// Number of its points.
+    pub count: u32,
+}
+
+/// A contact point of a patch.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Contact {
+    /// Unit, from the first body to the second, world.
+    pub normal: Vec3,
+    /// m; negative: overlap.
+    pub separation: f32,
+    /// Middle between the two surfaces, world, m.
+    pub point: Vec3,
+    /// Normal impulse of the last small step, N s.
+    pub impulse: f32,
+    /// The point in the frame of the first body (the world for the ground), m.
+    pub anchor_a: Vec3,
+    /// Load carried on average lately, N s a small step.
+    pub load: f32,
+    /// The point in the frame of the second body, m.
+    pub anchor_b: Vec3,
+    /// The separation when the point was found, m.
+    pub found: f32,
+}
+
+/// State of a body while a substep is solved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Moving {
+    /// m/s
+    pub linear: Vec3,
+    /// 1 / kg, 0 if static.
+    pub inverse_mass: f32,
+    /// rad/s
+    pub angular: Vec3,
+    /// 1 if it has contacts, or may come to touch something.
+    pub touched: u32,
+    /// Since the substep's start, m.
+    pub shift: Vec3,
+    /// The number of the last sweep of the small step in which its contacts are solved.
+    pub restless: u32,
+    /// Since the substep's start, rad.
+    pub turn: Vec3,
+    pad1: u32,
+    /// First column of the world inverse inertia, 1 / (kg m²).
+    pub inertia_x: Vec3,
+    pad2: u32,
+    /// Second column.
+    pub inertia_y: Vec3,
+    pad3: u32,
+    /// Third column.
+    pub inertia_z: Vec3,
+    pad4: u32,
+}
+
+/// A contact point while a substep is solved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Normal {
+    /// Unit, from the first body to the second, world.
+    pub axis: Vec3,
+    /// Effective mass, kg.
+    pub mass: f32,
+    /// Lever arm on the first body × axis, m.
+    pub angular_a: Vec3,
+    /// At the substep's start, less the rest offset, m.
+    pub separation: f32,
+    /// Lever arm on the second body × axis, m.
+    pub angular_b: Vec3,
+    /// Distance from the patch's centre, m.
+    pub lever: f32,
+    /// Accumulated, N s.
+    pub impulse: f32,
+    /// After the last rigid sweep, N s.
+    pub rigid: f32,
+    /// `Contact::load`
+    pub load: f32,
+    pad: u32,
+}
+
+/// Friction of a patch while a substep is solved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Friction {
+    /// Lever arm of the patch's centre on the first body, m.
+    pub arm_a: Vec3,
+    /// Effective mass along the first direction, kg.
+    pub mass_u: f32,
+    /// Lever arm of the patch's centre on the second body, m.
+    pub arm_b: Vec3,
+    /// Effective mass along the second direction, kg.
+    pub mass_v: f32,
+    /// How far the second body had moved past the first when the arms were made, m.
+    pub passed: Vec3,
+    /// Effective mass about the normal, kg m².
+    pub mass_twist: f32,
+    /// Accumulated along both directions, N s, and about the normal, N m s.
+    pub impulse: Vec3,
+    pad: u32,
+}
+
+/// How far the solver has come with a candidate's substep.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Cursor {
+    /// Small steps that are done.
+    pub step: u32,
+    /// Sweeps of the present one that are done.
+    pub sweep: u32,
+    /// After how many sweeps it ends.
+    pub end: u32,
+}

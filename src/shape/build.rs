@@ -1,0 +1,229 @@
+//! Making shapes: read, decompose or take ready-made parts, weigh, measure, and keep the result.
+
+use super::{
+    Alternative, Cache, MAX_REACH, Mesh, Part, Quality, Shape, ShapeError, ShapeRequest, ShapeSettings, cache::Key,
+    cover, decompose, divide, hull, hull::Hull, mass, mass::MassProperties, measure, padding, part_budget, read_mesh,
+    reduce::Levels, soles, solid::Solid, typical_mass,
+};
+use glam::{Quat, Vec3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Changes whenever the same input would give other parts, so that old cache entries are not found.
+const ALGORITHM: &str = "shape 20";
+/// Parts of an `Alternative`.
+const ALTERNATIVE_PARTS: usize = 16;
+/// Parts that leave more of the mesh than this share of its size uncovered are worth a note.
+const UNCOVERED: f32 = 0.1;
+/// `up` within this cosine of an axis of the mesh means that axis: input poses are tilted, meshes seldom.
+const UP_SNAP: f32 = 0.8;
+
+/// What the cache holds of a shape: all but the mass, which depends on the category.
+#[derive(Clone, Serialize, Deserialize)]
+struct Entry {
+    own: Body,
+    alternative: Body,
+    quality: Quality,
+    notes: Vec<String>,
+}
+
+/// Parts, and how a mass of 1 kg is spread over them.
+#[derive(Clone, Serialize, Deserialize)]
+struct Body {
+    parts: Vec<Vec<Vec3>>,
+    volume: f32,
+    center: Vec3,
+    axes: Quat,
+    inertia: Vec3,
+}
+
+impl Body {
+    /// The body of these hulls, with all faces of its parts moved outwards a little if they are to be padded.
+    fn new(mut hulls: Vec<Hull>, pad: bool) -> Self {
+        let (volume, unit) = mass::of_union(&hulls);
+        if pad {
+            hulls = soles::flattened(hulls.into_iter().map(padding::padded).collect(), unit.center);
+        }
+        let parts = hulls.into_iter().map(|hull| hull.vertices).collect();
+        Self { parts, volume, center: unit.center, axes: unit.axes, inertia: unit.inertia }
+    }
+
+    fn of_mass(self, mass: f32) -> (Vec<Part>, MassProperties) {
+        let parts = self.parts.into_iter().map(|vertices| Part { vertices }).collect();
+        (parts, MassProperties { mass, center: self.center, axes: self.axes, inertia: self.inertia * mass })
+    }
+}
+
+/// Makes the shapes of all requests, in parallel and in order. `progress` is called with (done, total, name) after each,
+/// from any thread.
+///
+/// # Errors
+/// The first request, in order, whose mesh or parts cannot be read or hold nothing.
+pub fn build_shapes(
+    requests: &[ShapeRequest],
+    settings: &ShapeSettings,
+    cache: Option<&Cache>,
+    progress: &(dyn Fn(usize, usize, &str) + Sync),
+) -> Result<Vec<Shape>, ShapeError> {
+    let done = AtomicUsize::new(0);
+    let shapes: Vec<Result<Shape, ShapeError>> = requests
+        .par_iter()
+        .map(|request| {
+            let shape = build_shape(request, settings, cache);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, requests.len(), &request.name);
+            shape
+        })
+        .collect();
+    shapes.into_iter().collect()
+}
+
+fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&Cache>) -> Result<Shape, ShapeError> {
+    let mesh = read_scaled(request, "mesh", &request.mesh)?;
+    let given: Vec<Mesh> =
+        request.convex_parts.iter().map(|file| read_scaled(request, "convex_parts", file)).collect::<Result<_, _>>()?;
+    let up = snapped(request.up);
+    let budget = part_budget(&request.category).min(settings.max_parts).max(1);
+    let mut key = Key::default();
+    key.text(ALGORITHM).text(&format!("{settings:?} {budget} {up} {}", request.bears));
+    for mesh in std::iter::once(&mesh).chain(&given) {
+        key.points(&mesh.vertices).triangles(&mesh.triangles);
+    }
+    let key = key.finish();
+    let (low, high) = hull::bounds(&corners(&mesh).into_iter().flatten().collect::<Vec<_>>());
+    for (part, file) in given.iter().zip(&request.convex_parts) {
+        let (part_low, part_high) = hull::bounds(&part.vertices);
+        let beyond = (low - part_low).max(part_high - high).max_element();
+        if beyond > (high - low).max_element() {
+            return Err(ShapeError::Part { object: request.name.clone(), file: file.clone(), beyond });
+        }
+    }
+    let mut warning = None;
+    let entry = match cache.and_then(|c| c.load::<Entry>(&key)) {
+        Some(entry) => entry,
+        None => {
+            let entry = compute(&mesh, &given, up, budget, request.bears, settings);
+            warning = cache.and_then(|c| c.store(&key, &entry).err());
+            entry
+        }
+    };
+    if entry.own.parts.is_empty() {
+        let field = if given.is_empty() { "mesh" } else { "convex_parts" };
+        return Err(ShapeError::Empty { object: request.name.clone(), field });
+    }
+    let mass = request.mass.unwrap_or_else(|| typical_mass(&request.category, entry.own.volume));
+    let (parts, own) = entry.own.of_mass(mass);
+    let (other_parts, other) = entry.alternative.of_mass(mass);
+    Ok(Shape {
+        parts,
+        mass: own,
+        alternative: Alternative { parts: other_parts, mass: other },
+        surface: mesh,
+        bounds: [low, high],
+        quality: entry.quality,
+        notes: entry.notes.into_iter().chain(warning).collect(),
+    })
+}
+
+/// Reads the mesh of a request and scales it to metres.
+///
+/// # Errors
+/// A mesh that cannot be read, or whose scaled vertices are no plausible numbers.
+pub fn scaled_mesh(request: &ShapeRequest) -> Result<Mesh, ShapeError> {
+    read_scaled(request, "mesh", &request.mesh)
+}
+
+/// Reads a mesh and scales it to metres.
+fn read_scaled(request: &ShapeRequest, field: &'static str, file: &Path) -> Result<Mesh, ShapeError> {
+    let mut mesh =
+        read_mesh(file).map_err(|source| ShapeError::Read { object: request.name.clone(), field, source })?;
+    for v in &mut mesh.vertices {
+        *v *= request.scale;
+    }
+    if !mesh.vertices.iter().all(|v| v.is_finite()) {
+        return Err(ShapeError::Scale { object: request.name.clone(), scale: request.scale, file: file.to_path_buf() });
+    }
+    let reach = mesh.vertices.iter().map(|v| v.length()).fold(0.0, f32::max);
+    if reach > MAX_REACH {
+        return Err(ShapeError::Far { object: request.name.clone(), field, file: file.to_path_buf(), reach });
+    }
+    Ok(mesh)
+}
+
+fn corners(mesh: &Mesh) -> Vec<[Vec3; 3]> {
+    mesh.triangles.iter().map(|t| t.map(|i| mesh.vertices[i as usize])).collect()
+}
+
+/// The axis of the mesh nearest to `up` if it is near, else `up` itself.
+fn snapped(up: Vec3) -> Vec3 {
+    let up = up.try_normalize().unwrap_or(Vec3::Y);
+    let nearest = Vec3::AXES
+        .into_iter()
+        .flat_map(|a| [a, -a])
+        .fold(Vec3::Y, |best, a| if a.dot(up) > best.dot(up) { a } else { best });
+    if nearest.dot(up) >= UP_SNAP { nearest } else { up }
+}
+
+fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, bears: bool, settings: &ShapeSettings) -> Entry {
+    let triangles = corners(mesh);
+    let levels = Levels::new(triangles.iter().flatten().copied(), up);
+    let solid = Solid::new(&triangles, up, settings.cells);
+    let mut notes = Vec::new();
+    let mut hulls = if given.is_empty() {
+        decompose::decompose(&triangles, &solid, &levels, budget, bears, settings, &mut notes)
+    } else {
+        let points: Vec<Vec<Vec3>> = given.iter().map(|g| corners(g).into_iter().flatten().collect()).collect();
+        points.iter().enumerate().flat_map(|(i, points)| ready_made(i, points, &levels, settings, &mut notes)).collect()
+    };
+    largest_first(&mut hulls);
+    let axes = hull::principal_directions(triangles.as_flattened());
+    let extent = |axis: Vec3| {
+        let along = Levels::new(triangles.iter().flatten().copied(), axis);
+        along.high - along.low
+    };
+    if axes.into_iter().any(|a| extent(a) < hull::MIN_THICKNESS) {
+        notes.push(format!("flat: thickened to {:.1} mm", 1e3 * hull::MIN_THICKNESS));
+    }
+    let quality = measure::measure(&hulls, &triangles, &solid, &levels);
+    let (low, high) = hull::bounds(triangles.as_flattened());
+    if 1e-3 * quality.uncovered_max_mm > UNCOVERED * (high - low).max_element() {
+        notes.push(format!("the parts leave up to {:.0} mm of the mesh uncovered", quality.uncovered_max_mm));
+    }
+    let other = settings.alternative();
+    let mut others =
+        decompose::decompose(&triangles, &solid, &levels, ALTERNATIVE_PARTS, bears, &other, &mut Vec::new());
+    largest_first(&mut others);
+    Entry { quality, own: Body::new(hulls, given.is_empty()), alternative: Body::new(others, false), notes }
+}
+
+fn largest_first(hulls: &mut [Hull]) {
+    hulls.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
+}
+
+/// The hull of a ready-made part, in pieces if it has too many vertices, with notes on what had to be changed.
+fn ready_made(
+    number: usize,
+    points: &[Vec3],
+    levels: &Levels,
+    settings: &ShapeSettings,
+    notes: &mut Vec<String>,
+) -> Vec<Hull> {
+    let Some(hull) = Hull::new(points) else { return Vec::new() };
+    let size = (levels.high - levels.low).max(hull.bounds().1.distance(hull.bounds().0));
+    let depth = points.iter().map(|&p| -hull.excess(p)).fold(0.0, f32::max);
+    if depth > 1e-3 * size {
+        notes.push(format!("convex_parts[{number}] is not convex: its hull is used"));
+    }
+    let (most, corners) = (settings.max_vertices, hull.vertices.len());
+    if corners <= most {
+        return vec![hull];
+    }
+    let pieces = divide::divide(hull, most);
+    if pieces.iter().all(|piece| piece.vertices.len() <= most) {
+        notes.push(format!("convex_parts[{number}] has {corners} vertices: cut into {} parts", pieces.len()));
+        return pieces;
+    }
+    notes.push(format!("convex_parts[{number}] has {corners} vertices: {} parts cover it", pieces.len()));
+    cover::fit(pieces, levels, 0, settings)
+}
