@@ -88,8 +88,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             .and_then(|()| out.flush())
             .map_err(|error| Failure::Other(format!("stdout: cannot be written: {error}")));
     };
-    write_whole_with(file, |out| serde_json::to_writer(out, &trajectory).map_err(Into::into))
-        .map_err(|error| Failure::writing(file, error))?;
+    write_whole_with(file, |out| {
+        serde_json::to_writer(&mut *out, &trajectory)?;
+        writeln!(out)
+    })
+    .map_err(|error| Failure::writing(file, error))?;
     let summary = Summary {
         objects: scene.objects.len(),
         simulated: motion.world.bodies.iter().filter(|body| !body.is_static()).count(),
