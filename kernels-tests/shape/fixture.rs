@@ -1,0 +1,76 @@
+//! Shared meshes, and small ones made here.
+
+use glam::Vec3;
+use parry3d::query::PointQuery as _;
+use parry3d::shape::ConvexPolyhedron;
+use rest3d_gpu::shape::{Cache, Shape, ShapeRequest, ShapeSettings, build_shapes};
+use std::path::{Path, PathBuf};
+
+pub fn objects() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/objects")
+}
+
+pub fn request(objects: &Path, name: &str, category: &str) -> ShapeRequest {
+    ShapeRequest {
+        name: name.into(),
+        category: category.into(),
+        mesh: objects.join(format!("{name}.glb")),
+        scale: Vec3::ONE,
+        mass: None,
+        convex_parts: Vec::new(),
+        up: Vec3::Y,
+        bears: false,
+    }
+}
+
+pub fn build(request: ShapeRequest, cache: Option<&Cache>) -> Shape {
+    build_shapes(&[request], &ShapeSettings::default(), cache, &|_, _, _| ()).unwrap().remove(0)
+}
+
+/// Distance from a point to the nearest part, m; zero inside.
+pub fn clearance(shape: &Shape, point: Vec3) -> f32 {
+    shape
+        .parts
+        .iter()
+        .map(|p| ConvexPolyhedron::from_convex_hull(&p.vertices).unwrap().distance_to_local_point(point, true))
+        .fold(f32::INFINITY, f32::min)
+}
+
+/// An OBJ file of triangles.
+pub fn obj(directory: &Path, name: &str, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> PathBuf {
+    let mut text = String::new();
+    for [x, y, z] in vertices {
+        text += &format!("v {x} {y} {z}\n");
+    }
+    for [a, b, c] in triangles {
+        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    let file = directory.join(name);
+    std::fs::write(&file, text).unwrap();
+    file
+}
+
+/// A box with outward triangles.
+pub fn cuboid(low: [f32; 3], high: [f32; 3]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let corners = (0..8).map(|i| std::array::from_fn(|a| if i >> a & 1 == 1 { high[a] } else { low[a] })).collect();
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    (corners, quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect())
+}
+
+pub fn of_file(mesh: PathBuf, category: &str) -> ShapeRequest {
+    ShapeRequest { mesh, ..request(Path::new(""), "thing", category) }
+}
+
+/// What a shape promises, whatever the mesh.
+pub fn check(name: &str, shape: &Shape) {
+    for part in &shape.parts {
+        assert!((4..=64).contains(&part.vertices.len()), "{name}: {} vertices", part.vertices.len());
+        assert!(ConvexPolyhedron::from_convex_hull(&part.vertices).is_some(), "{name}: a part without volume");
+    }
+    let mass = &shape.mass;
+    assert!(mass.mass > 0.0 && mass.inertia.min_element() > 0.0 && mass.inertia.is_finite(), "{name}: {mass:?}");
+    // Principal moments of a body obey the triangle inequality; the slack is that of sampled overlaps.
+    let [x, y, z] = mass.inertia.to_array();
+    assert!(x <= 1.01 * (y + z) && y <= 1.01 * (x + z) && z <= 1.01 * (x + y), "{name}: {mass:?}");
+    assert!(mass.axes.is_normalized(), "{name}: {mass:?}");
+}

@@ -1,0 +1,6 @@
+//! Convex parts, mass and cache, on the shared meshes.
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
+
+mod fixture;
+mod parts;
+mod tables;
