@@ -28,9 +28,12 @@ pub const TESTS: &[Test] = &[
     ("startup::the_self_test_sees_what_is_wrong", the_self_test_sees_what_is_wrong),
 ];
 
-/// Processor seconds from nothing to the first dispatch of every kernel, and of a single kernel.
+/// Processor seconds from nothing to the first dispatch of every kernel, and of a single kernel, on a machine that
+/// reads all shaders `READINGS` times in `READINGS_SECONDS`; a slower or busier one, by that measure, may take longer.
 const ALL_SECONDS: f64 = 15.0;
 const KERNEL_SECONDS: f64 = 3.0;
+const READINGS: usize = 40;
+const READINGS_SECONDS: f64 = 1.0;
 
 const CHILD: &str = "REST3D_GPU_STARTUP_CHILD";
 const STREAM: Stream = Stream { seed: 3, stage: 0 };
@@ -40,10 +43,15 @@ pub fn is_child() -> bool {
     env::var_os(CHILD).is_some()
 }
 
-/// Prints the processor seconds of the start and of every kernel's first dispatch.
+/// Prints the processor seconds of the readings, of the start and of every kernel's first dispatch.
 #[allow(clippy::print_stdout)]
 pub fn child() -> ExitCode {
     let choice: AdapterChoice = env::var(CHILD).unwrap().parse().unwrap();
+    let clock = Clock::start();
+    for shader in SHADERS.iter().cycle().take(READINGS * SHADERS.len()) {
+        naga::front::wgsl::parse_str(shader.source).unwrap();
+    }
+    println!("readings {}", clock.seconds());
     let clock = Clock::start();
     let gpu = Gpu::open(&choice).unwrap();
     let kernels = Kernels::compile(&gpu).unwrap();
@@ -90,7 +98,12 @@ impl Clock {
     }
 }
 
+/// Other processes may disturb a measurement, not three in a row.
 fn kernels_compile_in_time(device: &Device) -> Result<(), Failed> {
+    compile_in_time(device).or_else(|_| compile_in_time(device)).or_else(|_| compile_in_time(device))
+}
+
+fn compile_in_time(device: &Device) -> Result<(), Failed> {
     let output = Command::new(env::current_exe()?)
         .env(CHILD, device.gpu.report().index.to_string())
         .env("MESA_SHADER_CACHE_DISABLE", "true")
@@ -105,6 +118,9 @@ fn kernels_compile_in_time(device: &Device) -> Result<(), Failed> {
             seconds.push((name, time));
         }
     }
+    let readings =
+        if seconds.is_empty() { return Err(format!("nothing ran: {output:?}").into()) } else { seconds.remove(0).1 };
+    let slower = (readings / READINGS_SECONDS).max(1.0);
     let all: f64 = seconds.iter().map(|(_, time)| time).sum();
     let missing: Vec<&str> = SHADERS
         .iter()
@@ -112,10 +128,11 @@ fn kernels_compile_in_time(device: &Device) -> Result<(), Failed> {
         .filter(|name| seconds.iter().all(|(known, _)| known != name))
         .collect();
     seconds.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let slow: Vec<_> = seconds.iter().filter(|(_, time)| *time > KERNEL_SECONDS).collect();
-    eprintln!("ready after {all:.1} s; {:?}", &seconds[..seconds.len().min(6)]);
-    if !missing.is_empty() || all > ALL_SECONDS || !slow.is_empty() {
-        return Err(format!("{all} s; too slow: {slow:?}; not compiled: {missing:?}; {}", output.status).into());
+    let slow: Vec<_> = seconds.iter().filter(|(_, time)| *time > KERNEL_SECONDS * slower).collect();
+    eprintln!("ready after {all:.1} s; readings {readings} s; {:?}", &seconds[..seconds.len().min(6)]);
+    if !missing.is_empty() || all > ALL_SECONDS * slower || !slow.is_empty() {
+        let text = format!("{all} s, {slower} times slower; too slow: {slow:?}; not compiled: {missing:?}");
+        return Err(format!("{text}; {}", output.status).into());
     }
     Ok(())
 }
