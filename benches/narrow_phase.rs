@@ -47,7 +47,7 @@ fn narrow_phase(c: &mut Criterion) {
         for (case, gap) in [("far", 0.015), ("near", 0.003), ("touching", -0.0002), ("deep", -0.02)] {
             let tilt = Quat::from_rotation_z(if case == "touching" { 0.0 } else { 0.1 });
             let b = Pose::new(tilt * Quat::from_rotation_y(1.1), a.translation + Vec3::new(0.01, height + gap, 0.005));
-            let pair = HullPair { tables: &tables, hulls: [0, 1], poses: [&a, &b] };
+            let pair = HullPair { tables: &tables, hulls: [0, 1], poses: [&a, &b], room: HullPair::ANY_ROOM };
             let margin = 0.01;
             let mut group = c.benchmark_group(format!("{name}/{case}"));
             group.bench_function("twin cold", |bench| {

@@ -6,28 +6,31 @@
 #import constants
 #import axis
 #import batch
+#import body
 #import bounds
 #import contact
 #import frame
 #import grid
 #import hull
 #import pose
+#import preference
 #import sim
 
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<uniform> sim: Sim;
 @group(0) @binding(2) var<uniform> preference: Preference;
-@group(0) @binding(3) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(4) var<storage, read> hulls: array<Hull>;
-@group(0) @binding(5) var<storage, read> balls: array<Ball>;
-@group(0) @binding(6) var<storage, read> vertices: array<vec4<f32>>;
-@group(0) @binding(7) var<storage, read> faces: array<Face>;
-@group(0) @binding(8) var<storage, read> edges: array<Edge>;
-@group(0) @binding(9) var<storage, read> poses: array<Pose>;
-@group(0) @binding(10) var<storage, read> body_boxes: array<Bounds>;
-@group(0) @binding(11) var<storage, read> pair_starts: array<u32>;
-@group(0) @binding(12) var<storage, read_write> hull_pairs: array<HullPair>;
-@group(0) @binding(13) var<storage, read_write> separations: array<Separation>;
+@group(0) @binding(3) var<storage, read> bodies: array<Body>;
+@group(0) @binding(4) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(5) var<storage, read> hulls: array<Hull>;
+@group(0) @binding(6) var<storage, read> balls: array<Ball>;
+@group(0) @binding(7) var<storage, read> vertices: array<vec4<f32>>;
+@group(0) @binding(8) var<storage, read> faces: array<Face>;
+@group(0) @binding(9) var<storage, read> edges: array<Edge>;
+@group(0) @binding(10) var<storage, read> poses: array<Pose>;
+@group(0) @binding(11) var<storage, read> body_boxes: array<Bounds>;
+@group(0) @binding(12) var<storage, read> pair_starts: array<u32>;
+@group(0) @binding(13) var<storage, read_write> hull_pairs: array<HullPair>;
+@group(0) @binding(14) var<storage, read_write> separations: array<Separation>;
 
 #import lowest
 
@@ -49,14 +52,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         return;
     }
     let pair = hull_pairs[index];
-    let bodies = pairs[pair.pair] + candidate * batch.bodies;
-    let margin = body_boxes[bodies.x].margin + body_boxes[bodies.y].margin;
-    let to_a = between(poses[bodies.x], poses[bodies.y]);
+    let numbers = pairs[pair.pair];
+    let at = numbers + candidate * batch.bodies;
+    let boxes = array(body_boxes[at.x], body_boxes[at.y]);
+    let margin = boxes[0].margin + boxes[1].margin;
+    let room = vec2(room_under(boxes[0], bodies[numbers.y]), room_under(boxes[1], bodies[numbers.x]));
+    let to_a = between(poses[at.x], poses[at.y]);
     let a = hulls[pair.a];
     let b = hulls[pair.b];
-    var least = best.distance + preferred(preference, best.distance);
+    var least = worth_of(preference, room, best.normal, best.distance);
+    least += preferred(preference, least);
     if ((best.feature & REMEMBERED) != 0u) {
-        least = least_distance(preference, best);
+        least = least_worth(preference, room, best);
     }
 
     // Edges of each hull that can carry an axis on which the other hull's ball reaches far enough.
@@ -88,8 +95,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         }
     }
 
-    var normal = vec3(0.0);
-    var found = 0u;
+    var found = Separation();
     // The face left over may be so near the margin that edges must beat more than it: only what is found ends the search.
     var apart = false;
     for (var word_b = 0u; word_b < MASK_WORDS; word_b++) {
@@ -129,11 +135,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
                     let axis = across * (outward / size);
                     // Nearly parallel edges leave the axis uncertain: only the vertices tell what it separates.
                     let distance = lowest(b, axis * to_a.rotation) + dot(axis, to_a.shift) + lowest(a, -axis);
-                    if (distance > least) {
-                        least = distance;
+                    let normal = rotate(poses[at.x].rotation, axis);
+                    let worth = worth_of(preference, room, normal, distance);
+                    if (worth > least) {
+                        least = worth;
                         apart = distance > margin;
-                        normal = axis;
-                        found = EDGES | i << 12u | j;
+                        found = Separation(normal, distance, EDGES | i << 12u | j);
                     }
                 }
             }
@@ -141,8 +148,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     }
 
     best.feature &= ~(UNSETTLED | REMEMBERED);
-    if (found != 0u) {
-        best = Separation(rotate(poses[bodies.x].rotation, normal), least, found);
+    if (found.feature != 0u) {
+        best = found;
     }
     hull_pairs[index].cache = best.feature;
     if (best.distance > margin) {

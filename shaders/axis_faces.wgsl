@@ -5,27 +5,30 @@
 #import constants
 #import axis
 #import batch
+#import body
 #import bounds
 #import contact
 #import frame
 #import grid
 #import hull
 #import pose
+#import preference
 #import sim
 
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<uniform> sim: Sim;
 @group(0) @binding(2) var<uniform> preference: Preference;
-@group(0) @binding(3) var<storage, read> pairs: array<vec2<u32>>;
-@group(0) @binding(4) var<storage, read> hulls: array<Hull>;
-@group(0) @binding(5) var<storage, read> balls: array<Ball>;
-@group(0) @binding(6) var<storage, read> vertices: array<vec4<f32>>;
-@group(0) @binding(7) var<storage, read> faces: array<Face>;
-@group(0) @binding(8) var<storage, read> poses: array<Pose>;
-@group(0) @binding(9) var<storage, read> body_boxes: array<Bounds>;
-@group(0) @binding(10) var<storage, read> pair_starts: array<u32>;
-@group(0) @binding(11) var<storage, read_write> hull_pairs: array<HullPair>;
-@group(0) @binding(12) var<storage, read_write> separations: array<Separation>;
+@group(0) @binding(3) var<storage, read> bodies: array<Body>;
+@group(0) @binding(4) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(5) var<storage, read> hulls: array<Hull>;
+@group(0) @binding(6) var<storage, read> balls: array<Ball>;
+@group(0) @binding(7) var<storage, read> vertices: array<vec4<f32>>;
+@group(0) @binding(8) var<storage, read> faces: array<Face>;
+@group(0) @binding(9) var<storage, read> poses: array<Pose>;
+@group(0) @binding(10) var<storage, read> body_boxes: array<Bounds>;
+@group(0) @binding(11) var<storage, read> pair_starts: array<u32>;
+@group(0) @binding(12) var<storage, read_write> hull_pairs: array<HullPair>;
+@group(0) @binding(13) var<storage, read_write> separations: array<Separation>;
 
 #import lowest
 
@@ -50,19 +53,23 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         return;
     }
     let pair = hull_pairs[index];
-    let bodies = pairs[pair.pair] + candidate * batch.bodies;
-    let margin = body_boxes[bodies.x].margin + body_boxes[bodies.y].margin;
-    let to_a = between(poses[bodies.x], poses[bodies.y]);
+    let numbers = pairs[pair.pair];
+    let at = numbers + candidate * batch.bodies;
+    let boxes = array(body_boxes[at.x], body_boxes[at.y]);
+    let margin = boxes[0].margin + boxes[1].margin;
+    let room = vec2(room_under(boxes[0], bodies[numbers.y]), room_under(boxes[1], bodies[numbers.x]));
+    let to_a = between(poses[at.x], poses[at.y]);
     let larger = u32(hulls[pair.b].radius > hulls[pair.a].radius);
 
-    var best = Separation(vec3(0.0), least_distance(preference, known), 0u);
+    var best = Separation(vec3(0.0), 0.0, 0u);
+    var worth = least_worth(preference, room, known);
     for (var turn = 0u; turn < 2u && best.distance <= margin; turn++) {
         let on_b = (larger ^ turn) == 1u;
         let hull = hulls[select(pair.a, pair.b, on_b)];
         let other = hulls[select(pair.b, pair.a, on_b)];
         let ball = balls[select(pair.b, pair.a, on_b)];
         let center = select(carried(to_a, ball.center), ball.center, on_b);
-        var least = best.distance + select(preferred(preference, best.distance), 0.0, best.feature == 0u);
+        var least = worth + select(preferred(preference, worth), 0.0, best.feature == 0u);
         // The plane farthest from the centre first: it is often the best one and rules out the others. Then by their numbers.
         var peak = -FAR;
         var start = 0u;
@@ -81,9 +88,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             }
             let direction = select(plane.xyz * to_a.rotation, plane.xyz, on_b);
             let distance = lowest(other, direction) + select(dot(plane.xyz, to_a.shift), 0.0, on_b) - plane.w;
-            if (distance > least) {
-                least = distance;
-                let normal = select(plane.xyz, -plane.xyz, on_b);
+            let normal = rotate(poses[at.x].rotation, select(plane.xyz, -plane.xyz, on_b));
+            let found = worth_of(preference, room, normal, distance);
+            if (found > least) {
+                least = found;
+                worth = found;
                 best = Separation(normal, distance, number | select(FACE_A, FACE_B, on_b));
             }
         }
@@ -93,7 +102,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         hull_pairs[index].cache = best.feature;
         separations[index] = Separation();
     } else if (best.feature != 0u) {
-        best.normal = rotate(poses[bodies.x].rotation, best.normal);
         best.feature |= UNSETTLED;
         separations[index] = best;
     }

@@ -195,8 +195,8 @@ impl Expected {
         if centers[0].distance(centers[1]) > hulls[0].radius + hulls[1].radius + margin {
             return;
         }
-        let query =
-            narrow_phase::HullPair { tables: &world.hulls, hulls: [pair.a, pair.b], poses: [&bodies[0], &bodies[1]] };
+        let (poses, room) = ([&bodies[0], &bodies[1]], narrow_phase::HullPair::ANY_ROOM);
+        let query = narrow_phase::HullPair { tables: &world.hulls, hulls: [pair.a, pair.b], poses, room };
         let mut cache = PairCache::default();
         let mut out = Manifold::default();
         let mut coded = Separation::default();

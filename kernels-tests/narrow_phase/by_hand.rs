@@ -107,6 +107,30 @@ fn swallowed_boxes_and_plates_leave_by_the_nearest_side() {
 }
 
 #[test]
+fn the_way_into_the_ground_is_a_detour() {
+    // A cube 0.04 m wide in a box of 1 m: 0.1 m from its bottom, 0.3 m from one side; room for 0.05 m below it.
+    let parts = [cuboid(Vec3::splat(0.5)), cuboid(Vec3::splat(0.02))];
+    let at = Vec3::new(0.18, -0.38, 0.0);
+    let case = Case::new([&parts[0], &parts[1]], [Pose::IDENTITY, Pose::new(Quat::IDENTITY, at)]);
+    let narrow = case.separator(NarrowPhase::Twin);
+    // From either side, and with an axis that was the best before the ground was known.
+    for (pair, sign) in [(case.pair(), 1.0), (case.swapped(), -1.0)] {
+        let mut cache = PairCache::default();
+        let mut least = |room: f32| {
+            let room = if sign > 0.0 { [f32::MAX, room] } else { [room, f32::MAX] };
+            let s = narrow.separation(&HullPair { room, ..pair }, MARGIN, &mut cache).unwrap();
+            (sign * s.normal, s.distance)
+        };
+        // 0.14 m down, of which 0.14 − room in the ground; 0.34 m aside.
+        for (room, expected, depth) in [(f32::MAX, -Vec3::Y, 0.14), (0.1, -Vec3::Y, 0.14), (0.05, Vec3::X, 0.34)] {
+            let (normal, distance) = least(room);
+            assert!(normal.distance(expected) < 1e-6 && (distance + depth).abs() < 1e-5, "{room}: {normal} {distance}");
+        }
+        assert!((narrow.depth(&pair, 0.0) - 0.14).abs() < 1e-5);
+    }
+}
+
+#[test]
 fn a_bottom_of_two_facets_rests_on_both() {
     // Two facets 2° apart, too far from one plane to be joined: a wide wedge under a block, lying on a table.
     let sag = 0.1 * 1.0_f32.to_radians().tan();

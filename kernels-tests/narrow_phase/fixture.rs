@@ -91,11 +91,12 @@ impl Case {
     }
 
     pub fn pair(&self) -> HullPair<'_> {
-        HullPair { tables: &self.tables, hulls: [0, 1], poses: [&self.poses[0], &self.poses[1]] }
+        let poses = [&self.poses[0], &self.poses[1]];
+        HullPair { tables: &self.tables, hulls: [0, 1], poses, room: HullPair::ANY_ROOM }
     }
 
     pub fn swapped(&self) -> HullPair<'_> {
-        HullPair { tables: &self.tables, hulls: [1, 0], poses: [&self.poses[1], &self.poses[0]] }
+        HullPair { hulls: [1, 0], poses: [&self.poses[1], &self.poses[0]], ..self.pair() }
     }
 
     pub fn separator(&self, kind: NarrowPhase) -> Separator {

@@ -1,6 +1,6 @@
 //! Starts that no world has: bodies inside one another. They must come apart gently, completely and in time.
 
-use super::{both, drift, measured};
+use super::{both, drift, measured, settings};
 use crate::common::{Scenario, State, any, cuboid, run};
 use glam::{Quat, Vec3};
 use rest3d_gpu::cpu::Workspace;
@@ -93,6 +93,29 @@ pub fn what_is_swallowed_comes_out(backend: &dyn Backend) {
                 comes_apart(backend, &name, &s, &settings);
             }
         }
+    }
+}
+
+/// Near the ground it bars the nearest way out, which only the search of all axes can mind.
+pub fn what_is_swallowed_anywhere_comes_out(backend: &dyn Backend) {
+    for i in 0..24 {
+        let movable = i % 2 == 0;
+        let mut s = Scenario::default();
+        let half = Vec3::splat(0.1) + 0.3 * Vec3::new(any(i, 0), any(i, 1), any(i, 2));
+        let inner = (Vec3::splat(0.03) + 0.06 * Vec3::new(any(i, 3), any(i, 4), any(i, 5))).min(0.7 * half);
+        let turn = Quat::from_rotation_y(1.5 * any(i, 6));
+        if movable {
+            s.cuboid(half, 10.0, Vec3::Y * half.y, turn);
+        } else {
+            s.fixed(vec![cuboid(half)], Vec3::Y * half.y, turn);
+        }
+        let free = half - inner;
+        // Half of them stand on the ground.
+        let height = inner.y + free.y * (2.0 * any(i, 7) - 1.0).max(0.0);
+        let at = Vec3::new(free.x * (2.0 * any(i, 8) - 1.0), height, free.z * (2.0 * any(i, 9) - 1.0));
+        s.cuboid(inner, 0.5, turn * at, turn * Quat::from_rotation_y(0.5 * any(i, 10)));
+        let name = format!("swallowed anywhere, {i}, {}", if movable { "movable" } else { "fixed" });
+        comes_apart(backend, &name, &s, &settings(60));
     }
 }
 

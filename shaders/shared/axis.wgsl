@@ -20,19 +20,3 @@ struct Ball {
     // How far a face's plane may lie outside its own edges, m.
     slack: f32,
 }
-
-// By how much faces of the larger hull are preferred to the other's, and faces to edges: m, and as a share of the depth.
-struct Preference {
-    bias: f32,
-    relative: f32,
-}
-
-fn preferred(preference: Preference, distance: f32) -> f32 {
-    return preference.bias + preference.relative * max(-distance, 0.0);
-}
-
-// Whatever is worse than the remembered axis by more than both preferences cannot win.
-fn least_distance(preference: Preference, axis: Separation) -> f32 {
-    let floor = axis.distance - 2.0 * preferred(preference, axis.distance) - LINEAR_SLOP;
-    return select(-FAR, floor, (axis.feature & REMEMBERED) != 0u);
-}

@@ -5,7 +5,7 @@
 //!
 //! Bodies that hardly moved keep the contacts between them (Box3D calls it recycling), so their hulls are not listed.
 
-use crate::world::constants::{MAX_SPECULATIVE_MARGIN, NO_EXTENT, RECYCLING_DISTANCE};
+use crate::world::constants::{COHERENT_DEPTH, MAX_SPECULATIVE_MARGIN, NO_EXTENT, RECYCLING_DISTANCE};
 use crate::world::{Pose, Velocity, World};
 use glam::{Mat3, Quat, Vec3};
 
@@ -132,6 +132,16 @@ impl BroadPhase {
     /// Lowest y of a body's box, m.
     pub fn lowest(&self, body: usize) -> f32 {
         self.bodies[body].center.y - self.bodies[body].half.y
+    }
+
+    /// How far each body of a pair can be pushed down without standing in the ground, m; anywhere unless the other one is
+    /// fixed, because else that may give way.
+    pub fn room(&self, world: &World, pair: [u32; 2]) -> [f32; 2] {
+        let [a, b] = pair.map(|i| i as usize);
+        let below = |body: usize, other: usize| {
+            if world.bodies[other].is_static() { self.lowest(body).max(0.0) + COHERENT_DEPTH } else { f32::MAX }
+        };
+        [below(a, b), below(b, a)]
     }
 
     /// Lists overlapping hull pairs in the order of `World::pairs`. `extra` widens every margin (m). Counts on past

@@ -114,7 +114,7 @@ impl Workspace {
             if self.pairs.get(next).is_none_or(|listed| listed.pair != index) {
                 continue;
             }
-            let margin = self.broad.margin(pair);
+            let (margin, room) = (self.broad.margin(pair), self.broad.room(world, pair));
             let [pose_a, pose_b] = pair.map(|i| self.poses[i as usize]);
             let velocities = pair.map(|i| self.falling(world, horizon * settings.gravity, i as usize));
             self.gatherer.clear();
@@ -123,7 +123,8 @@ impl Workspace {
                 let before = self.caches[next];
                 let cache = &mut self.caches[next];
                 next += 1;
-                let hulls = narrow_phase::HullPair { tables: &world.hulls, hulls: [a, b], poses: [&pose_a, &pose_b] };
+                let poses = [&pose_a, &pose_b];
+                let hulls = narrow_phase::HullPair { tables: &world.hulls, hulls: [a, b], poses, room };
                 let found = narrow.separation(&hulls, margin, cache);
                 clock.lap(Kernel::NarrowPhase);
                 if let Some(found) = found {
@@ -242,7 +243,8 @@ impl Workspace {
         depths.fill(0.0);
         for &HullPair { pair, a, b } in &self.pairs {
             let [pose_a, pose_b] = world.pairs[pair as usize].map(|i| self.poses[i as usize]);
-            let hulls = narrow_phase::HullPair { tables: &world.hulls, hulls: [a, b], poses: [&pose_a, &pose_b] };
+            let (poses, room) = ([&pose_a, &pose_b], narrow_phase::HullPair::ANY_ROOM);
+            let hulls = narrow_phase::HullPair { tables: &world.hulls, hulls: [a, b], poses, room };
             let deepest = &mut depths[pair as usize];
             *deepest = deepest.max(narrow.depth(&hulls, *deepest));
         }

@@ -139,6 +139,11 @@ pub const AXIS_BIAS_RELATIVE: f32 = 0.01;
 /// the height was found. Well below `AXIS_BIAS`, or the edges around a face that touches would be searched.
 pub const AXIS_ROUNDING: f32 = 0.1 * LINEAR_SLOP;
 
+/// A way out of something fixed that leads into the ground counts so many times more there, as the ground bars it: what is
+/// swallowed near the bottom of a fixed body leaves by a side instead of jamming between both. Much larger, and what is
+/// wedged under a fixed shelf would leave through its other end.
+pub const GROUND_PENALTY: f32 = 4.0;
+
 /// Depth up to which the last step's axis is used again without a search, m. No other axis can be better by more than
 /// twice this; it must stay below `TOUCHING_DEPTH`.
 pub const COHERENT_DEPTH: f32 = LINEAR_SLOP;

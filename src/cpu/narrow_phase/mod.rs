@@ -23,7 +23,7 @@ pub use reference::Reference;
 pub use twin::Twin;
 pub(crate) use twin_tables::{TwinHull, TwinTables};
 
-use crate::world::constants::MAX_MANIFOLD_POINTS;
+use crate::world::constants::{GROUND_PENALTY, MAX_MANIFOLD_POINTS};
 use crate::world::{Hull, HullTables, NarrowPhase, Pose, compose};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Vec3};
@@ -37,9 +37,24 @@ pub struct HullPair<'a> {
     pub hulls: [u32; 2],
     /// Poses of the bodies of A and B.
     pub poses: [&'a Pose; 2],
+    /// How far the body of A and that of B can be pushed down without standing in the ground, m; see `HullPair::detour`.
+    pub room: [f32; 2],
 }
 
 impl HullPair<'_> {
+    /// `room` of bodies that may be pushed anywhere.
+    pub const ANY_ROOM: [f32; 2] = [f32::MAX; 2];
+
+    /// What parting the hulls along an axis (from A to B, A's frame) costs beyond its depth, m: the way into the ground.
+    fn detour(&self, axis: Vec3, distance: f32) -> f32 {
+        if self.room == Self::ANY_ROOM {
+            return 0.0;
+        }
+        let rise = (self.poses[0].rotation * axis).y;
+        let room = self.room[usize::from(rise < 0.0)];
+        GROUND_PENALTY * (-distance * rise.abs() - room).max(0.0)
+    }
+
     /// Hull A (0) or B (1).
     fn hull(&self, side: usize) -> &Hull {
         &self.tables.hulls[self.hulls[side] as usize]

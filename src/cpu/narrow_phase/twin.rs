@@ -24,10 +24,11 @@ pub struct Twin {
     tables: TwinTables,
 }
 
-/// An axis in A's frame and the separation along it, m.
+/// An axis in A's frame, the separation along it and what that is worth beside others, m.
 #[derive(Clone, Copy)]
 struct Axis {
     distance: f32,
+    worth: f32,
     normal: Vec3,
     feature: Feature,
 }
@@ -133,11 +134,15 @@ impl<'a> Frame<'a> {
                 let distance = self.along(axis);
                 let supported =
                     between - distance <= LINEAR_SLOP && cross.length_squared() > PARALLEL_SINE * PARALLEL_SINE;
-                return supported.then_some(Axis { distance, normal: axis, feature });
+                return supported.then(|| self.axis(distance, axis, feature));
             }
             Feature::Points { .. } => return None,
         };
-        Some(Axis { distance: self.along(normal), normal, feature })
+        Some(self.axis(self.along(normal), normal, feature))
+    }
+
+    fn axis(&self, distance: f32, normal: Vec3, feature: Feature) -> Axis {
+        Axis { distance, worth: distance - self.pair.detour(normal, distance), normal, feature }
     }
 
     /// True if two points of the hulls face each other along the axis at its distance: then the distance of hulls apart
@@ -190,7 +195,8 @@ impl<'a> Frame<'a> {
     fn search(&self, cached: Option<Axis>, stop: f32, bias: f32, relative: f32) -> Result<Axis, Apart> {
         let preference = |distance: f32| bias + relative * (-distance).max(0.0);
         // Whatever is worse than the cached axis by more than both preferences cannot win.
-        let floor = cached.map_or(f32::NEG_INFINITY, |c| c.distance - 2.0 * preference(c.distance) - LINEAR_SLOP);
+        let floor = cached.map_or(f32::NEG_INFINITY, |c| c.worth - 2.0 * preference(c.worth) - LINEAR_SLOP);
+        let threshold = |best: Option<Axis>| best.map_or(floor, |best| best.worth + preference(best.worth));
 
         let planes_a = self.tables.planes_of(self.a);
         let vertices_a = self.tables.vertices_of(self.a);
@@ -210,7 +216,7 @@ impl<'a> Frame<'a> {
             (planes_a, self.rotation * self.b.center + self.shift, self.b.inner_radius),
             (&*planes_b, self.a.center, self.a.inner_radius),
         ];
-        let (mut best, mut feature) = (floor, None);
+        let mut best = None;
         let first = self.pair.larger();
         for side in [first, 1 - first] {
             let (planes, center, inner) = sides[side];
@@ -221,32 +227,24 @@ impl<'a> Frame<'a> {
                 }
                 _ => lowest(vertices_a, normal),
             };
-            let threshold = if feature.is_some() { best + preference(best) } else { floor };
+            let axis = |face: u32, normal: Vec3, distance: f32| match side {
+                0 => self.axis(distance, normal, Feature::FaceA(face)),
+                _ => self.axis(distance, -normal, Feature::FaceB(face)),
+            };
             let ball = (center, inner);
-            let found = best_face(planes, height, ball, threshold, stop, &mut heights[side]);
-            if let (distance, Some(face)) = found {
-                let face = if side == 0 { Feature::FaceA(face) } else { Feature::FaceB(face) };
-                (best, feature) = (distance, Some(face));
-                if distance > stop {
-                    return Err(Apart(face));
+            let found = best_face(planes, height, axis, ball, threshold(best), stop, &mut heights[side]);
+            if let Some(axis) = found {
+                if axis.distance > stop {
+                    return Err(Apart(axis.feature));
                 }
+                best = found;
             }
         }
-        let threshold = if feature.is_some() { best + preference(best) } else { floor };
-        if let Some(edges) = self.best_edges(planes_b, vertices_b, &heights, threshold, stop) {
+        if let Some(edges) = self.best_edges(planes_b, vertices_b, &heights, threshold(best), stop) {
             return if edges.distance > stop { Err(Apart(edges.feature)) } else { Ok(edges) };
         }
-        let normal = |feature: Feature| match feature {
-            Feature::FaceA(i) => planes_a[i as usize / 4].normal.lane(i as usize % 4),
-            Feature::FaceB(j) => -planes_b[j as usize / 4].normal.lane(j as usize % 4),
-            _ => Vec3::Y,
-        };
-        match (feature, cached) {
-            (Some(feature), _) => Ok(Axis { distance: best, normal: normal(feature), feature }),
-            (None, Some(axis)) => Ok(axis),
-            // Only where a pose is not a number.
-            (None, None) => Err(Apart(Feature::FaceA(0))),
-        }
+        // Neither: only where a pose is not a number.
+        best.or(cached).ok_or(Apart(Feature::FaceA(0)))
     }
 
     /// The edge pair whose axis separates most, if by more than `threshold`, or the first that separates by more than
@@ -309,12 +307,11 @@ impl<'a> Frame<'a> {
                     }
                     let normal = cross.lane(k) * (sign / length);
                     // Nearly parallel edges leave the axis uncertain: only the vertices tell what it separates.
-                    let distance = self.along(normal);
-                    if distance > least {
-                        least = distance;
-                        let feature = Feature::Edges(u32::from(i), u32::from(j));
-                        best = Some(Axis { distance, normal, feature });
-                        if distance > stop {
+                    let axis = self.axis(self.along(normal), normal, Feature::Edges(u32::from(i), u32::from(j)));
+                    if axis.worth > least {
+                        least = axis.worth;
+                        best = Some(axis);
+                        if axis.distance > stop {
                             return best;
                         }
                     }
@@ -357,17 +354,19 @@ fn lowest(vertices: &[Lanes], direction: Vec3) -> f32 {
     vertices.iter().fold(Vec4::INFINITY, |low, v| low.min(v.dot(direction))).min_element()
 }
 
-/// The plane over which a hull lies highest, if higher than `floor`, and how high; or the first over which it lies higher
-/// than `stop`. First is the plane farthest from the ball inside this hull, then the others by their numbers. `lowest` is
-/// how far along a direction the hull begins. The heights of the ball's centre over the planes go to `heights`.
+/// The axis of the plane over which a hull lies highest, by its worth, if that is more than `floor`; or of the first over
+/// which it lies higher than `stop`. First is the plane farthest from the ball inside this hull, then the others by their
+/// numbers. `lowest` is how far along a direction the hull begins. The heights of the ball's centre over the planes go to
+/// `heights`.
 fn best_face(
     planes: &[Planes],
     lowest: impl Fn(Vec3) -> f32,
+    axis: impl Fn(u32, Vec3, f32) -> Axis,
     (center, inner): (Vec3, f32),
     floor: f32,
     stop: f32,
     heights: &mut [Vec4; PLANE_GROUPS],
-) -> (f32, Option<u32>) {
+) -> Option<Axis> {
     let mut peak = Vec4::NEG_INFINITY;
     for (height, plane) in heights.iter_mut().zip(planes) {
         *height = plane.normal.dot(center) - plane.offset;
@@ -378,29 +377,30 @@ fn best_face(
     let reached =
         heights[..planes.len()].iter().map(|h| h.cmpge(peak).bitmask()).zip(0..).find(|(lanes, _)| *lanes != 0);
     let start = reached.map_or(0, |(lanes, group)| 4 * group + lanes.trailing_zeros() as usize);
-    let (mut best, mut index) = (floor, None);
+    let (mut least, mut best) = (floor, None);
     // True if the plane at this place ends the search.
-    let mut ends = |group: usize, k: usize, best: &mut f32| {
-        let distance = lowest(planes[group].normal.lane(k)) - planes[group].offset[k];
-        let better = distance > *best;
+    let mut ends = |group: usize, k: usize, least: &mut f32| {
+        let normal = planes[group].normal.lane(k);
+        let found = axis((4 * group + k) as u32, normal, lowest(normal) - planes[group].offset[k]);
+        let better = found.worth > *least;
         if better {
-            (*best, index) = (distance, Some((4 * group + k) as u32));
+            (*least, best) = (found.worth, Some(found));
         }
-        better && distance > stop
+        better && found.distance > stop
     };
-    if heights[start / 4][start % 4] - inner > best && ends(start / 4, start % 4, &mut best) {
-        return (best, index);
+    if heights[start / 4][start % 4] - inner > least && ends(start / 4, start % 4, &mut least) {
+        return best;
     }
     for (group, height) in heights[..planes.len()].iter().enumerate() {
         let height = *height - Vec4::splat(inner);
-        if !height.cmpgt(Vec4::splat(best)).any() {
+        if !height.cmpgt(Vec4::splat(least)).any() {
             continue;
         }
         for k in 0..4 {
-            if height[k] > best && 4 * group + k != start && ends(group, k, &mut best) {
-                return (best, index);
+            if height[k] > least && 4 * group + k != start && ends(group, k, &mut least) {
+                return best;
             }
         }
     }
-    (best, index)
+    best
 }

@@ -2,7 +2,7 @@
 
 use crate::cpu::narrow_phase::{TwinHull, TwinTables};
 use crate::world::HullTables;
-use crate::world::constants::{AXIS_BIAS, AXIS_BIAS_RELATIVE};
+use crate::world::constants::{AXIS_BIAS, AXIS_BIAS_RELATIVE, GROUND_PENALTY};
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
 
@@ -63,7 +63,7 @@ impl Ball {
 }
 
 /// Which of two nearly equal axes is chosen: by how much faces of the larger hull are preferred to the other's, and
-/// faces to edges.
+/// faces to edges; and ways to the side to ways down.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Preference {
@@ -71,13 +71,15 @@ pub struct Preference {
     pub bias: f32,
     /// Share of the depth.
     pub relative: f32,
+    /// How many times more the part of a way out counts that leads into the ground.
+    pub ground: f32,
 }
 
 impl Preference {
     /// For contacts.
-    pub const CONTACT: Self = Self { bias: AXIS_BIAS, relative: AXIS_BIAS_RELATIVE };
+    pub const CONTACT: Self = Self { bias: AXIS_BIAS, relative: AXIS_BIAS_RELATIVE, ground: GROUND_PENALTY };
     /// For depths.
-    pub const NONE: Self = Self { bias: 0.0, relative: 0.0 };
+    pub const NONE: Self = Self { bias: 0.0, relative: 0.0, ground: 0.0 };
 }
 
 /// Two hulls whose boxes overlap.
