@@ -2,8 +2,8 @@
 
 #![allow(missing_docs)]
 
-use rest3d_gpu::cpu::sample::{normals, philox, sample};
-use rest3d_gpu::world::Stream;
+use rest3d_gpu::cpu::sample::{normals, philox, sample, sample_candidate};
+use rest3d_gpu::world::{CemSettings, Distribution, Stream};
 
 /// Known answers published with Random123 (`philox4x32 10`).
 #[test]
@@ -75,4 +75,24 @@ fn more_dimensions_do_not_change_the_first_ones() {
     sample(&[0.5; 6], &[0.1; 6], stream, 4, 9, &mut short);
     sample(&[0.5; 18], &[0.1; 18], stream, 4, 9, &mut long);
     assert_eq!(short, long[..6]);
+}
+
+#[test]
+fn antithetic_candidates_mirror_each_other_about_the_mean() {
+    let stream = Stream { seed: 12, stage: 1 };
+    let distribution = Distribution { mean: vec![0.5; 6], std: vec![0.1, 0.2, 0.3, 0.4, 0.5, 0.6] };
+    let draw = |antithetic, sample_mean, candidate| {
+        let cem = CemSettings { antithetic, sample_mean, ..CemSettings::default() };
+        let mut row = [0.0; 6];
+        sample_candidate(&cem, &distribution, (stream, 2), candidate, &mut row);
+        row
+    };
+    for pair in 0..50 {
+        let [one, other] = [2 * pair, 2 * pair + 1].map(|candidate| draw(true, false, candidate));
+        // The first of a pair is drawn as without the option.
+        assert_eq!(one, draw(false, false, 2 * pair));
+        assert!(one.iter().zip(other).all(|(a, b)| (a + b - 1.0).abs() < 1e-6 && *a != b), "{one:?} {other:?}");
+    }
+    assert_eq!(draw(true, true, 0), [0.5; 6]);
+    assert_eq!(draw(true, true, 1), draw(true, false, 1));
 }

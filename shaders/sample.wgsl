@@ -1,7 +1,7 @@
 // Kernel `sample`: draws the candidates' adjustments from the search's Gaussian.
 //
 // One invocation draws four dimensions of one candidate from counter (stage, iteration, candidate, dimension / 4). A
-// candidate's numbers depend on nothing else.
+// candidate's numbers depend on nothing else; antithetic ones share those of a pair.
 
 #import batch
 #import draw
@@ -23,8 +23,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     }
     let candidate = index / blocks;
     let block = index % blocks;
-    let words = philox(vec4(draw.stage, draw.iteration, candidate, block), vec2(draw.key_low, draw.key_high));
-    let spread = select(1.0, 0.0, draw.sample_mean == 1u && candidate == 0u);
+    let drawn = select(candidate, candidate & ~1u, draw.antithetic == 1u);
+    let words = philox(vec4(draw.stage, draw.iteration, drawn, block), vec2(draw.key_low, draw.key_high));
+    let spread = select(select(-1.0, 1.0, candidate == drawn), 0.0, draw.sample_mean == 1u && candidate == 0u);
     let z = normals(words) * spread;
     for (var lane = 0u; lane < min(4u, batch.dimensions - 4u * block); lane++) {
         let dimension = 4u * block + lane;

@@ -7,7 +7,7 @@ use libtest_mimic::Failed;
 use rest3d_gpu::cpu::{best::best, elites::elites};
 use rest3d_gpu::gpu::kernels::BestBuffers;
 use rest3d_gpu::gpu::{Batch, Draw, Update};
-use rest3d_gpu::world::{Energy, Stream, Winner};
+use rest3d_gpu::world::{CemSettings, Energy, Stream, Winner};
 
 pub const TESTS: &[Test] = &[("best::is_its_twin", is_its_twin)];
 
@@ -25,7 +25,7 @@ fn updated(device: &Device, candidates: u32, fail: usize, wanted: u32, before: W
 
     let batch = device.input(&[Batch { candidates, bodies: 0, pairs: 0, dimensions: DIMENSIONS }])?;
     let update = device.input(&[Update { wanted, epsilon: 0.0 }])?;
-    let draw = device.input(&[Draw::new(Stream { seed: 0, stage: 0 }, ITERATION, false)])?;
+    let draw = device.input(&[Draw::new(Stream { seed: 0, stage: 0 }, ITERATION, &CemSettings::default())])?;
     let energies = device.input(&energies)?;
     let order = device.input(&order)?;
     let usable = device.input(&[usable as u32])?;

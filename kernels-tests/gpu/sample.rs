@@ -3,10 +3,10 @@
 use super::Test;
 use super::fixture::{Device, SIZES, noise};
 use libtest_mimic::Failed;
-use rest3d_gpu::cpu::sample::sample;
+use rest3d_gpu::cpu::sample::sample_candidate;
 use rest3d_gpu::gpu::kernels::SampleBuffers;
 use rest3d_gpu::gpu::{Batch, Draw};
-use rest3d_gpu::world::Stream;
+use rest3d_gpu::world::{CemSettings, Distribution, Stream};
 
 pub const TESTS: &[Test] = &[
     ("sample::is_its_twin", is_its_twin),
@@ -25,12 +25,12 @@ fn drawn(
     device: &Device,
     candidates: u32,
     units: u32,
-    sample_mean: bool,
+    cem: &CemSettings,
     expected: &[f32],
 ) -> Result<Vec<f32>, Failed> {
     let dimensions = 6 * units;
     let batch = device.input(&[Batch { candidates, bodies: 0, pairs: 0, dimensions }])?;
-    let draw = device.input(&[Draw::new(STREAM, ITERATION, sample_mean)])?;
+    let draw = device.input(&[Draw::new(STREAM, ITERATION, cem)])?;
     let mean = device.input(&noise(1, dimensions as usize))?;
     let std = device.input(&deviations(dimensions as usize))?;
     let deltas = device.poisoned((candidates * dimensions) as usize)?;
@@ -53,20 +53,23 @@ fn deviations(dimensions: usize) -> Vec<f32> {
     noise(2, dimensions).iter().map(|x| 0.2 * x).collect()
 }
 
-fn twin(candidates: u32, units: u32) -> Vec<f32> {
+fn twin(candidates: u32, units: u32, cem: &CemSettings) -> Vec<f32> {
     let dimensions = 6 * units as usize;
-    let (mean, std) = (noise(1, dimensions), deviations(dimensions));
+    let distribution = Distribution { mean: noise(1, dimensions), std: deviations(dimensions) };
     let mut rows = vec![0.0; candidates as usize * dimensions];
     for (candidate, row) in rows.chunks_exact_mut(dimensions).enumerate() {
-        sample(&mean, &std, STREAM, ITERATION, candidate as u32, row);
+        sample_candidate(cem, &distribution, (STREAM, ITERATION), candidate as u32, row);
     }
     rows
 }
 
 fn is_its_twin(device: &Device) -> Result<(), Failed> {
-    for candidates in SIZES {
-        for units in [1, 3] {
-            drawn(device, candidates, units, false, &twin(candidates, units))?;
+    for antithetic in [false, true] {
+        let cem = CemSettings { antithetic, ..CemSettings::default() };
+        for candidates in SIZES {
+            for units in [1, 3] {
+                drawn(device, candidates, units, &cem, &twin(candidates, units, &cem))?;
+            }
         }
     }
     Ok(())
@@ -75,17 +78,23 @@ fn is_its_twin(device: &Device) -> Result<(), Failed> {
 /// 65536 workgroups are one more than a row has on most adapters.
 fn fills_several_rows_of_workgroups(device: &Device) -> Result<(), Failed> {
     let candidates = 65535 * 64 / 2 + 7;
-    drawn(device, candidates, 1, false, &twin(candidates, 1)).map(drop)
+    let cem = CemSettings::default();
+    drawn(device, candidates, 1, &cem, &twin(candidates, 1, &cem)).map(drop)
 }
 
 fn candidate_zero_may_be_the_mean(device: &Device) -> Result<(), Failed> {
-    let mut expected = twin(7, 3);
-    expected[..18].copy_from_slice(&noise(1, 18));
-    let found = drawn(device, 7, 3, true, &expected)?;
-    if found[..18] == expected[..18] { Ok(()) } else { Err("not exactly the mean".into()) }
+    for antithetic in [false, true] {
+        let cem = CemSettings { sample_mean: true, antithetic, ..CemSettings::default() };
+        let found = drawn(device, 7, 3, &cem, &twin(7, 3, &cem))?;
+        if found[..18] != noise(1, 18) {
+            return Err("not exactly the mean".into());
+        }
+    }
+    Ok(())
 }
 
 fn a_candidate_does_not_depend_on_the_others(device: &Device) -> Result<(), Failed> {
-    let [few, many] = [7, 65].map(|candidates| drawn(device, candidates, 3, false, &[]));
+    let cem = CemSettings::default();
+    let [few, many] = [7, 65].map(|candidates| drawn(device, candidates, 3, &cem, &[]));
     if few? == many?[..7 * 18] { Ok(()) } else { Err("more candidates change the first ones".into()) }
 }

@@ -4,7 +4,7 @@
 //! seed, counter = (stage, iteration, candidate, dimension / 4). A candidate's numbers depend on nothing else, so K,
 //! threads and neighbours cannot change them.
 
-use crate::world::{Stream, sin_cos_turns};
+use crate::world::{CemSettings, Distribution, Stream, sin_cos_turns};
 use std::f32::consts::LN_2;
 
 /// Philox4x32-10: four random words for a counter and a key.
@@ -51,12 +51,40 @@ pub fn normals(words: [u32; 4]) -> [f32; 4] {
 
 /// Fills `delta` (6 · units: shift x y z in m, axis-angle x y z in rad, for each unit) with `mean + std · normal`.
 pub fn sample(mean: &[f32], std: &[f32], stream: Stream, iteration: u32, candidate: u32, delta: &mut [f32]) {
+    scaled(mean, std, (stream, iteration, candidate), 1.0, delta);
+}
+
+/// The same for a candidate of a search, of which one may be the mean and others each other's mirror image.
+pub fn sample_candidate(
+    cem: &CemSettings,
+    distribution: &Distribution,
+    (stream, iteration): (Stream, u32),
+    candidate: u32,
+    delta: &mut [f32],
+) {
+    let drawn = if cem.antithetic { candidate & !1 } else { candidate };
+    let spread = match candidate {
+        0 if cem.sample_mean => 0.0,
+        _ if candidate == drawn => 1.0,
+        _ => -1.0,
+    };
+    scaled(&distribution.mean, &distribution.std, (stream, iteration, drawn), spread, delta);
+}
+
+/// `mean + std · spread · normal`
+fn scaled(
+    mean: &[f32],
+    std: &[f32],
+    (stream, iteration, candidate): (Stream, u32, u32),
+    spread: f32,
+    delta: &mut [f32],
+) {
     let key = [stream.seed as u32, (stream.seed >> 32) as u32];
     for (block, out) in delta.chunks_mut(4).enumerate() {
         let z = normals(philox([stream.stage, iteration, candidate, block as u32], key));
         for (lane, value) in out.iter_mut().enumerate() {
             let dimension = 4 * block + lane;
-            *value = mean[dimension] + std[dimension] * z[lane];
+            *value = mean[dimension] + std[dimension] * (spread * z[lane]);
         }
     }
 }

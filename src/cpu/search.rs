@@ -10,7 +10,7 @@ use super::{
     group::{Group, at_once},
     moments::moments,
     place::place,
-    sample::sample,
+    sample::sample_candidate,
     stats::{elite_mean, flags},
 };
 use crate::world::{
@@ -133,10 +133,7 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
         slots.zip(rows).for_each(|((chunk, (energies, statuses)), deltas)| {
             let deltas = &mut deltas[..energies.len() * width];
             for (candidate, delta) in (chunk * size..).zip(deltas.chunks_exact_mut(width)) {
-                sample(&distribution.mean, &distribution.std, *stream, *iteration, candidate as u32, delta);
-                if candidate == 0 && settings.cem.sample_mean {
-                    delta.copy_from_slice(&distribution.mean);
-                }
+                sample_candidate(&settings.cem, distribution, (*stream, *iteration), candidate as u32, delta);
             }
             let worker = &mut *lock(&workers[rayon::current_thread_index().unwrap_or(0) % workers.len()]);
             let evaluated = worker.evaluate(world, settings, rollout, deltas);

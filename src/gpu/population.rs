@@ -57,8 +57,7 @@ pub struct Population {
     drawing: [Step; 2],
     flagging: Step,
     ranking: [Step; 5],
-    stream: Stream,
-    sample_mean: bool,
+    first_draw: Draw,
 }
 
 impl Population {
@@ -88,7 +87,8 @@ impl Population {
         let units = Buffer::from_slice(gpu, "units", &world.units)?;
         let start = Buffer::from_slice(gpu, "start", &world.start)?;
         let reference = Buffer::from_slice(gpu, "reference", &world.reference)?;
-        let draw = Buffer::from_slice(gpu, "draw", &[Draw::new(stream, 0, cem.sample_mean)])?;
+        let first_draw = Draw::new(stream, 0, cem);
+        let draw = Buffer::from_slice(gpu, "draw", &[first_draw])?;
         let mean = Buffer::from_slice(gpu, "mean", &initial.mean)?;
         let std = Buffer::from_slice(gpu, "std", &initial.std)?;
         let floors = Buffer::from_slice(gpu, "floors", &floors)?;
@@ -190,7 +190,6 @@ impl Population {
             moments.step(gpu, kernels, sizes.dimensions),
             report.step(gpu, kernels, 1),
         ];
-        let sample_mean = cem.sample_mean;
         Ok(Self {
             batch,
             weights,
@@ -223,8 +222,7 @@ impl Population {
             drawing,
             flagging,
             ranking,
-            stream,
-            sample_mean,
+            first_draw,
         })
     }
 
@@ -235,7 +233,7 @@ impl Population {
 
     /// Names the random numbers of everything that is submitted from now on.
     pub fn set_iteration(&self, gpu: &Gpu, iteration: u32) {
-        self.draw.upload(gpu, &[Draw::new(self.stream, iteration, self.sample_mean)]);
+        self.draw.upload(gpu, &[Draw { iteration, ..self.first_draw }]);
     }
 
     /// Replaces the distribution.

@@ -152,6 +152,9 @@ pub struct CemSettings {
     pub patience: u32,
     /// Candidate 0 of every iteration is the mean itself, at first the layout as it stands, instead of a sample.
     pub sample_mean: bool,
+    /// Candidates 2i and 2i + 1 mirror each other about the mean (Hammersley and Morton's antithetic variates): half as
+    /// many random numbers, with no bias of the elites to one side.
+    pub antithetic: bool,
 }
 
 impl Default for CemSettings {
@@ -169,6 +172,7 @@ impl Default for CemSettings {
             stop_energy: 0.01,
             patience: 0,
             sample_mean: false,
+            antithetic: false,
         }
     }
 }

@@ -5,7 +5,9 @@ mod collision;
 mod solver;
 
 use super::kernels::constants;
-use crate::world::{Capacities, EnergyWeights, PenetrationMode, STATIC, SimSettings, Status, Stream, World};
+use crate::world::{
+    Capacities, CemSettings, EnergyWeights, PenetrationMode, STATIC, SimSettings, Status, Stream, World,
+};
 use bytemuck::{Pod, Zeroable};
 
 pub use crate::world::{Body, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
@@ -52,17 +54,20 @@ pub struct Draw {
     pub iteration: u32,
     /// 1: candidate 0 is the mean itself.
     pub sample_mean: u32,
+    /// 1: candidates 2i and 2i + 1 mirror each other about the mean.
+    pub antithetic: u32,
 }
 
 impl Draw {
     /// One iteration of a stream.
-    pub fn new(stream: Stream, iteration: u32, sample_mean: bool) -> Self {
+    pub fn new(stream: Stream, iteration: u32, cem: &CemSettings) -> Self {
         Self {
             key_low: stream.seed as u32,
             key_high: (stream.seed >> 32) as u32,
             stage: stream.stage,
             iteration,
-            sample_mean: sample_mean.into(),
+            sample_mean: cem.sample_mean.into(),
+            antithetic: cem.antithetic.into(),
         }
     }
 }
