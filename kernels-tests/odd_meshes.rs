@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
+use proptest::{array::uniform3, collection::vec, prelude::*};
 use rest3d_gpu::shape::{Shape, ShapeError, ShapeRequest, ShapeSettings, build_shapes};
 use std::path::{Path, PathBuf};
 
@@ -81,4 +82,32 @@ fn parts_that_are_not_of_the_mesh_are_refused_or_noted() {
     let half = part(Vec3::ZERO, Vec3::new(1.0, 0.5, 1.0)).unwrap();
     assert!(half.notes.iter().any(|note| note.contains("uncovered")), "{:?}", half.notes);
     assert_eq!(part(Vec3::ZERO, Vec3::ONE).unwrap().notes, Vec::<String>::new());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Points on a coarse grid, and few of them: triangles without area, in one plane, on one line, twice, in one point.
+    #[test]
+    fn any_soup_of_triangles_has_parts_or_an_error(
+        corners in vec(uniform3(-3_i32..4), 3..40),
+        size in uniform3(prop_oneof![Just(0.0_f32), Just(1e-6), Just(1e-3), Just(0.1), Just(10.0)]),
+    ) {
+        let size = Vec3::from_array(size);
+        let folder = tempfile::tempdir().unwrap();
+        let mut text = String::new();
+        for corner in &corners[..corners.len() / 3 * 3] {
+            let v = size * Vec3::from_array(corner.map(|c| c as f32));
+            text += &format!("v {} {} {}\n", v.x, v.y, v.z);
+        }
+        (0..corners.len() / 3).for_each(|i| text += &format!("f {} {} {}\n", 3 * i + 1, 3 * i + 2, 3 * i + 3));
+        let file = folder.path().join("soup.obj");
+        std::fs::write(&file, text).unwrap();
+        if let Ok(shape) = build(file, Vec::new()) {
+            for (parts, mass) in shape.alternatives.iter().map(|a| (&a.parts, &a.mass)).chain([(&shape.parts, &shape.mass)]) {
+                prop_assert!(!parts.is_empty() && parts.iter().all(|part| (4..=64).contains(&part.vertices.len())));
+                prop_assert!(mass.center.is_finite() && mass.inertia.min_element() > 0.0, "{:?}", mass);
+            }
+        }
+    }
 }

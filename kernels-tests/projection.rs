@@ -41,7 +41,7 @@ fn room(boxes: &[(&str, [f32; 3], [f64; 3], Value)]) -> Room {
         let mass = MassProperties { mass: 1.0, center: Vec3::ZERO, axes: Quat::IDENTITY, inertia: Vec3::splat(0.01) };
         Shape {
             surface: Mesh::default(),
-            alternative: Alternative { parts: parts.clone(), mass: mass.clone() },
+            alternatives: [0, 1].map(|_| Alternative { parts: parts.clone(), mass: mass.clone() }),
             parts,
             mass,
             bounds: [-0.5 * size, 0.5 * size],

@@ -27,10 +27,11 @@
 @group(0) @binding(8) var<storage, read> faces: array<Face>;
 @group(0) @binding(9) var<storage, read> edges: array<Edge>;
 @group(0) @binding(10) var<storage, read> poses: array<Pose>;
-@group(0) @binding(11) var<storage, read> body_boxes: array<Bounds>;
-@group(0) @binding(12) var<storage, read> pair_starts: array<u32>;
-@group(0) @binding(13) var<storage, read_write> hull_pairs: array<HullPair>;
-@group(0) @binding(14) var<storage, read_write> separations: array<Separation>;
+@group(0) @binding(11) var<storage, read> hull_boxes: array<Bounds>;
+@group(0) @binding(12) var<storage, read> body_boxes: array<Bounds>;
+@group(0) @binding(13) var<storage, read> pair_starts: array<u32>;
+@group(0) @binding(14) var<storage, read_write> hull_pairs: array<HullPair>;
+@group(0) @binding(15) var<storage, read_write> separations: array<Separation>;
 
 #import lowest
 
@@ -56,7 +57,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let at = numbers + candidate * batch.bodies;
     let boxes = array(body_boxes[at.x], body_boxes[at.y]);
     let margin = boxes[0].margin + boxes[1].margin;
-    let room = vec2(room_under(boxes[0], bodies[numbers.y]), room_under(boxes[1], bodies[numbers.x]));
+    let last = bodies[batch.bodies - 1u];
+    let row = candidate * (last.first_hull + last.hull_count);
+    let room = vec2(
+        room_under(boxes[0], hull_boxes[row + pair.b], bodies[numbers.y]),
+        room_under(boxes[1], hull_boxes[row + pair.a], bodies[numbers.x]),
+    );
     let to_a = between(poses[at.x], poses[at.y]);
     let a = hulls[pair.a];
     let b = hulls[pair.b];

@@ -122,7 +122,7 @@ impl Findings<'_> {
                 let mut cache: PairCache = bytemuck::cast(before.map_or(0, |o| o.cache));
                 let bodies = world.pairs[pair.pair as usize];
                 let margin = broad.margin(bodies);
-                let (poses, room) = (bodies.map(|body| &poses[body as usize]), broad.room(world, bodies));
+                let (poses, room) = (bodies.map(|body| &poses[body as usize]), broad.room(world, *pair));
                 let hulls = narrow_phase::HullPair { tables: &world.hulls, hulls: [pair.a, pair.b], poses, room };
                 let expected = self.narrow.separation(&hulls, margin, &mut cache);
                 let cache: u32 = bytemuck::cast(cache);

@@ -154,7 +154,7 @@ impl Boxes {
         self.shapes.push(Shape {
             // Nothing to part: what the exact step does is tested by itself.
             surface: Mesh::default(),
-            alternative: Alternative { parts: parts.clone(), mass: mass.clone() },
+            alternatives: [0, 1].map(|_| Alternative { parts: parts.clone(), mass: mass.clone() }),
             parts,
             mass,
             bounds: [Vec3::ZERO; 2],

@@ -140,7 +140,7 @@ fn what_stands_on_one_decomposition_only_is_searched_again() {
     boxes.objects[stone].movable = false;
     let at_edge = DVec3::new(0.49, 0.5, 0.0);
     let crate_ = boxes.add("crate", Parent::Object(stone), Vec3::splat(0.2), at_edge);
-    let mass = &mut boxes.shapes[crate_].alternative.mass;
+    let mass = &mut boxes.shapes[crate_].alternatives[1].mass;
     mass.center += mass.axes * Vec3::X * 0.02;
     let with = |second_opinion: bool| {
         let config = Config { second_opinion, ..frozen() };

@@ -102,7 +102,9 @@ pub fn what_is_swallowed_anywhere_comes_out(backend: &dyn Backend) {
         let movable = i % 2 == 0;
         let mut s = Scenario::default();
         let half = Vec3::splat(0.1) + 0.3 * Vec3::new(any(i, 0), any(i, 1), any(i, 2));
+        // Boxes, books and cards.
         let inner = (Vec3::splat(0.03) + 0.06 * Vec3::new(any(i, 3), any(i, 4), any(i, 5))).min(0.7 * half);
+        let inner = if i % 3 == 0 { inner } else { inner.with_y(0.005 + 0.02 * any(i, 11)) };
         let turn = Quat::from_rotation_y(1.5 * any(i, 6));
         if movable {
             s.cuboid(half, 10.0, Vec3::Y * half.y, turn);
@@ -116,6 +118,29 @@ pub fn what_is_swallowed_anywhere_comes_out(backend: &dyn Backend) {
         s.cuboid(inner, 0.5, turn * at, turn * Quat::from_rotation_y(0.5 * any(i, 10)));
         let name = format!("swallowed anywhere, {i}, {}", if movable { "movable" } else { "fixed" });
         comes_apart(backend, &name, &s, &settings(60));
+    }
+}
+
+/// What does not quite fit under something fixed is neither thrown out nor pushed through it.
+pub fn what_is_squeezed_to_the_ground_stays(backend: &dyn Backend) {
+    let slats = |half_width: f32, half_height: f32| -> Vec<Vec<Vec3>> {
+        let at = |k: i32| Vec3::X * 0.13 * k as f32;
+        let slat = cuboid(Vec3::new(half_width, half_height, 0.4));
+        (-5..=5).map(|k| slat.iter().map(|v| *v + at(k)).collect()).collect()
+    };
+    for (name, fixed, bottom, half) in [
+        ("a crate under slats", slats(0.04, 0.01), 0.194, Vec3::new(0.18, 0.1, 0.15)),
+        ("a crate under a board", vec![cuboid(Vec3::new(0.5, 0.006, 0.4))], 0.192, Vec3::splat(0.1)),
+        ("a rug under legs", slats(0.03, 0.3), 0.004, Vec3::new(0.8, 0.004, 0.5)),
+    ] {
+        let mut s = Scenario::default();
+        let half_height = fixed[0].iter().map(|v| v.y).fold(0.0, f32::max);
+        s.fixed(fixed, Vec3::Y * (bottom + half_height), Quat::IDENTITY);
+        s.cuboid(half, 2.0, Vec3::new(0.013, half.y, 0.0), Quat::IDENTITY);
+        let states = run(backend, &s.world(), &settings(120));
+        let way = states[119].0[1].translation - Vec3::new(0.013, half.y, 0.0);
+        measured(&format!("{name}: way in 2 s, m"), way, "0");
+        assert!(way.with_y(0.0).length() < 1e-3 && way.y.abs() < 0.01, "{name}: {way}");
     }
 }
 

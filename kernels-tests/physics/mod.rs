@@ -109,6 +109,7 @@ macro_rules! physics_suite {
                 five_in_one_place_come_apart,
                 what_is_swallowed_comes_out,
                 what_is_swallowed_anywhere_comes_out,
+                what_is_squeezed_to_the_ground_stays,
                 a_plate_inside_a_table_top_comes_out,
                 touching_hulls_are_not_missed,
             ]

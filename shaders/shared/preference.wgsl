@@ -20,9 +20,12 @@ fn least_worth(preference: Preference, room: vec2<f32>, axis: Separation) -> f32
     return select(-FAR, floor, (axis.feature & REMEMBERED) != 0u);
 }
 
-// How far a body can be pushed down without standing in the ground, m; anywhere unless the other one is fixed.
-fn room_under(body: Bounds, other: Body) -> f32 {
-    return select(FAR, max(body.center.y - body.half_extents.y, 0.0) + COHERENT_DEPTH, other.unit == STATIC);
+// How far a body can be pushed down without standing in the ground, m: as `BroadPhase::room`, with a hull of the other body.
+fn room_under(body: Bounds, hull: Bounds, other: Body) -> f32 {
+    let narrower = all(body.half_extents.xz <= hull.half_extents.xz);
+    let gap = max(hull.center.y - hull.half_extents.y, 0.0);
+    let barred = other.unit == STATIC && narrower && gap < ROOM_SHARE * 2.0 * body.half_extents.y;
+    return select(FAR, max(body.center.y - body.half_extents.y, 0.0) + COHERENT_DEPTH, barred);
 }
 
 // A distance along an axis (world frame, first to second) less what the way into the ground adds: as `HullPair::detour`.

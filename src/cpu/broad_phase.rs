@@ -5,7 +5,7 @@
 //!
 //! Bodies that hardly moved keep the contacts between them (Box3D calls it recycling), so their hulls are not listed.
 
-use crate::world::constants::{COHERENT_DEPTH, MAX_SPECULATIVE_MARGIN, NO_EXTENT, RECYCLING_DISTANCE};
+use crate::world::constants::{COHERENT_DEPTH, MAX_SPECULATIVE_MARGIN, NO_EXTENT, RECYCLING_DISTANCE, ROOM_SHARE};
 use crate::world::{Pose, Velocity, World};
 use glam::{Mat3, Quat, Vec3};
 
@@ -134,14 +134,21 @@ impl BroadPhase {
         self.bodies[body].center.y - self.bodies[body].half.y
     }
 
-    /// How far each body of a pair can be pushed down without standing in the ground, m; anywhere unless the other one is
-    /// fixed, because else that may give way.
-    pub fn room(&self, world: &World, pair: [u32; 2]) -> [f32; 2] {
-        let [a, b] = pair.map(|i| i as usize);
-        let below = |body: usize, other: usize| {
-            if world.bodies[other].is_static() { self.lowest(body).max(0.0) + COHERENT_DEPTH } else { f32::MAX }
+    /// How far the bodies of a hull pair can be pushed down without standing in the ground, m. Only what a fixed hull could
+    /// swallow, without room for it below, is kept out of the ground; all else may be pushed anywhere.
+    pub fn room(&self, world: &World, HullPair { pair, a, b }: HullPair) -> [f32; 2] {
+        let bodies = world.pairs[pair as usize];
+        let below = |side: usize, other: u32| {
+            let (body, hull) = (&self.bodies[bodies[side] as usize], &self.hulls[other as usize]);
+            let narrower = body.half.x <= hull.half.x && body.half.z <= hull.half.z;
+            let gap = (hull.center.y - hull.half.y).max(0.0);
+            let fixed = world.bodies[bodies[1 - side] as usize].is_static();
+            match fixed && narrower && gap < ROOM_SHARE * 2.0 * body.half.y {
+                true => (body.center.y - body.half.y).max(0.0) + COHERENT_DEPTH,
+                false => f32::MAX,
+            }
         };
-        [below(a, b), below(b, a)]
+        [below(0, b), below(1, a)]
     }
 
     /// Lists overlapping hull pairs in the order of `World::pairs`. `extra` widens every margin (m). Counts on past

@@ -114,12 +114,13 @@ impl Workspace {
             if self.pairs.get(next).is_none_or(|listed| listed.pair != index) {
                 continue;
             }
-            let (margin, room) = (self.broad.margin(pair), self.broad.room(world, pair));
+            let margin = self.broad.margin(pair);
             let [pose_a, pose_b] = pair.map(|i| self.poses[i as usize]);
             let velocities = pair.map(|i| self.falling(world, horizon * settings.gravity, i as usize));
             self.gatherer.clear();
             while next < self.pairs.len() && self.pairs[next].pair == index {
                 let HullPair { a, b, .. } = self.pairs[next];
+                let room = self.broad.room(world, self.pairs[next]);
                 let before = self.caches[next];
                 let cache = &mut self.caches[next];
                 next += 1;

@@ -56,9 +56,7 @@ impl Run<'_> {
             let (simulation, starts) = (self.config.fine(), self.starts(&self.rigs, global, &layout));
             let checked = verify(self.backend, &world, &simulation, &self.config.verify, &starts)?;
             verified = checked.usable[0].then_some(checked);
-            for ((_, object), motion) in global.moving().zip(opinions.second(&layout)?) {
-                otherwise[object] = motion.is_still(&self.config.verify);
-            }
+            otherwise = opinions.second(&layout)?;
             timings.verify = clock.elapsed().as_secs_f64();
             let depths = self.backend.overlaps(&world, &simulation, &starts)?;
             for (pair, &depth) in world.pairs.iter().zip(&depths) {

@@ -18,7 +18,7 @@ use super::{
     run::Run,
     settle::settle,
     support,
-    verify::{Motion, verify},
+    verify::verify,
 };
 use crate::cpu::sample::sample;
 use crate::scene;
@@ -51,6 +51,10 @@ const FELL: f64 = 2.0;
 const MOVES: f64 = 3.0;
 const MOVES_OTHERWISE: f64 = 2.0;
 
+/// What is deeper than this in another at rest is jammed, m: parts of meshes that only touch overlap by less. And its cost.
+const JAMMED: f32 = 2e-3;
+const JAMS: f64 = 3.0;
+
 /// Less than this is no gain, in the same unit.
 const WORTH: f64 = 0.05;
 
@@ -63,7 +67,7 @@ type Layout = Vec<scene::Pose>;
 /// A layout at rest, and what the runs make of it.
 struct Trial {
     layout: Layout,
-    /// Objects that move in any run.
+    /// Objects that move in any run, or are jammed.
     moving: Vec<usize>,
     /// Those, and what leans, has fallen over or has lost its support.
     failing: Vec<usize>,
@@ -104,11 +108,12 @@ impl<'a> Opinions<'a> {
             simulation: simulation.clone(),
             price,
         };
-        let alternative = run.shapes.iter().map(Rig::alternative).collect();
+        let alternative =
+            |number: usize| run.shapes.iter().map(|s| Rig::alternative(&s.alternatives[number])).collect();
         let slopes = [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y].map(|way| SLOPE * way);
         let on = |slope| run.rigs.iter().zip(layout).map(|(rig, pose)| rig.on_slope(pose, slope)).collect();
-        let mut models =
-            vec![model(run.rigs.clone(), &as_it_is, MOVES), model(alternative, &as_it_is, MOVES_OTHERWISE)];
+        let mut models = vec![model(run.rigs.clone(), &as_it_is, MOVES)];
+        models.extend([0, 1].map(|number| model(alternative(number), &as_it_is, MOVES_OTHERWISE)));
         models.extend(slopes.map(|slope| model(on(slope), &slippery, MOVES)));
         Self { run, group, models }
     }
@@ -145,13 +150,19 @@ impl<'a> Opinions<'a> {
         Ok(())
     }
 
-    /// What the moving bodies of a layout do with their other parts, in the group's order; nothing if that cannot be
-    /// simulated.
-    pub fn second(&self, layout: &Layout) -> Result<Vec<Motion>, BackendError> {
-        let Model { world, simulation, .. } = &self.models[1];
-        let checked = verify(self.run.backend, world, simulation, &self.run.config.verify, &self.starts(1, layout))?;
-        let moving = self.group.moving().map(|(body, _)| checked.motions[body]);
-        Ok(if checked.usable[0] { moving.collect() } else { Vec::new() })
+    /// Whether each object of a layout stays where it is with both of its other decompositions.
+    pub fn second(&self, layout: &Layout) -> Result<Vec<bool>, BackendError> {
+        let settings = &self.run.config.verify;
+        let mut stays = vec![true; layout.len()];
+        for (number, Model { world, simulation, .. }) in self.models.iter().enumerate().skip(1).take(2) {
+            let checked = verify(self.run.backend, world, simulation, settings, &self.starts(number, layout))?;
+            if checked.usable[0] {
+                self.group
+                    .moving()
+                    .for_each(|(body, object)| stays[object] &= checked.motions[body].is_still(settings));
+            }
+        }
+        Ok(stays)
     }
 
     /// Copies of a layout in which what moves is shifted and turned, in every other one from where it comes to rest in one of
@@ -232,6 +243,14 @@ impl<'a> Opinions<'a> {
                     moves[object] += if *usable && motion.is_still(&config.verify) { 0.0 } else { *price };
                     farther[object] += self.weighed(motion.drift, motion.turn) / self.models.len() as f64;
                 }
+            }
+        }
+        let Model { world, simulation, .. } = &self.models[0];
+        for (layout, moves) in layouts.iter().zip(&mut moves) {
+            let depths = backend.overlaps(world, simulation, &self.starts(0, layout))?;
+            for (pair, _) in world.pairs.iter().zip(&depths).filter(|(_, depth)| **depth > JAMMED) {
+                let movable = self.group.moving().filter(|(body, _)| pair.contains(&(*body as u32)));
+                movable.for_each(|(_, object)| moves[object] += JAMS);
             }
         }
         let trial = |((layout, moves), farther): ((Layout, Vec<f64>), Vec<f64>)| {

@@ -112,7 +112,7 @@ pub struct ObjectOutcome {
     pub peak_spin: f64,
     /// Drift and turn within the limits of `VerifySettings`.
     pub stable: bool,
-    /// False if it leaves those limits with the other decomposition of the meshes (`shape::Alternative`).
+    /// False if it leaves those limits with another decomposition of the meshes (`shape::Alternative`).
     pub stable_otherwise: bool,
 }
 

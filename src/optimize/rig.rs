@@ -1,7 +1,7 @@
 //! From an object to a body and back: the only place where the document's f64 poses and the simulator's f32 meet.
 
 use crate::scene;
-use crate::shape::{MassProperties, Part, Shape};
+use crate::shape::{Alternative, MassProperties, Part, Shape};
 use crate::world::{BodyDef, Pose};
 use glam::{DQuat, DVec3, Vec2, Vec3};
 
@@ -23,9 +23,9 @@ impl Rig {
         Self::of_parts(&shape.parts, &shape.mass)
     }
 
-    /// The same object as its other decomposition has it.
-    pub(super) fn alternative(shape: &Shape) -> Self {
-        Self::of_parts(&shape.alternative.parts, &shape.alternative.mass)
+    /// The same object as another decomposition has it.
+    pub(super) fn alternative(alternative: &Alternative) -> Self {
+        Self::of_parts(&alternative.parts, &alternative.mass)
     }
 
     /// The same object on ground that falls by `slope` (rad, x and z): with its centre of mass off to that side by what the

@@ -1,5 +1,6 @@
 //! Making shapes: read, decompose or take ready-made parts, weigh, measure, and keep the result.
 
+use super::voxels;
 use super::{
     Alternative, Cache, MAX_REACH, Mesh, Part, Quality, Shape, ShapeError, ShapeRequest, ShapeSettings, cache::Key,
     cover, decompose, divide, hull, hull::Hull, mass, mass::MassProperties, measure, padding, part_budget, read_mesh,
@@ -12,8 +13,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 20";
-/// Parts of an `Alternative`.
+const ALGORITHM: &str = "shape 21";
+/// Most parts of an `Alternative`.
 const ALTERNATIVE_PARTS: usize = 16;
 /// Parts that leave more of the mesh than this share of its size uncovered are worth a note.
 const UNCOVERED: f32 = 0.1;
@@ -24,7 +25,7 @@ const UP_SNAP: f32 = 0.8;
 #[derive(Clone, Serialize, Deserialize)]
 struct Entry {
     own: Body,
-    alternative: Body,
+    alternatives: [Body; 2],
     quality: Quality,
     notes: Vec<String>,
 }
@@ -114,11 +115,14 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
     }
     let mass = request.mass.unwrap_or_else(|| typical_mass(&request.category, entry.own.volume));
     let (parts, own) = entry.own.of_mass(mass);
-    let (other_parts, other) = entry.alternative.of_mass(mass);
+    let alternative = |body: Body| {
+        let (parts, mass) = body.of_mass(mass);
+        Alternative { parts, mass }
+    };
     Ok(Shape {
         parts,
         mass: own,
-        alternative: Alternative { parts: other_parts, mass: other },
+        alternatives: entry.alternatives.map(alternative),
         surface: mesh,
         bounds: [low, high],
         quality: entry.quality,
@@ -190,11 +194,15 @@ fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, bears: bool, se
     if 1e-3 * quality.uncovered_max_mm > UNCOVERED * (high - low).max_element() {
         notes.push(format!("the parts leave up to {:.0} mm of the mesh uncovered", quality.uncovered_max_mm));
     }
-    let other = settings.alternative();
-    let mut others =
-        decompose::decompose(&triangles, &solid, &levels, ALTERNATIVE_PARTS, bears, &other, &mut Vec::new());
-    largest_first(&mut others);
-    Entry { quality, own: Body::new(hulls, given.is_empty()), alternative: Body::new(others, false), notes }
+    let settings = settings.alternative();
+    let coarse =
+        decompose::decompose(&triangles, &solid, &levels, ALTERNATIVE_PARTS, bears, &settings, &mut Vec::new());
+    let voxels = cover::fit(voxels::decompose(mesh, ALTERNATIVE_PARTS), &levels, ALTERNATIVE_PARTS, &settings);
+    let alternatives = [coarse, voxels].map(|mut others| {
+        largest_first(&mut others);
+        Body::new(if others.is_empty() { hulls.clone() } else { others }, false)
+    });
+    Entry { quality, own: Body::new(hulls, given.is_empty()), alternatives, notes }
 }
 
 fn largest_first(hulls: &mut [Hull]) {

@@ -29,6 +29,7 @@ mod soles;
 mod solid;
 mod split;
 pub(crate) mod triangle;
+mod voxels;
 
 pub use build::{build_shapes, scaled_mesh};
 pub use cache::{CACHE_VARIABLE, Cache};
@@ -57,8 +58,8 @@ pub struct Part {
     pub vertices: Vec<Vec3>,
 }
 
-/// Another decomposition of the same mesh, coarser and shrunk onto its vertices as most tools make them: what stands only on
-/// the facets of one set of parts does not stand.
+/// Another decomposition of the same mesh, shrunk onto its surface as most tools make them: what stands only on the facets of
+/// one set of parts does not stand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alternative {
     /// Convex parts, largest first.
@@ -74,8 +75,8 @@ pub struct Shape {
     pub parts: Vec<Part>,
     /// Mass, centre and inertia of the union of the parts at uniform density.
     pub mass: MassProperties,
-    /// A second opinion.
-    pub alternative: Alternative,
+    /// Second opinions: by the same method, and by V-HACD.
+    pub alternatives: [Alternative; 2],
     /// The scaled mesh, m.
     pub surface: Mesh,
     /// Lowest and highest corner of the scaled mesh, m.

@@ -1,0 +1,18 @@
+//! Convex parts by V-HACD (Mamou, "Volumetric hierarchical approximate convex decomposition", 2016), as most physics
+//! engines make them of a mesh: what a layout meets when its own parts are not used.
+
+use super::hull::Hull;
+use super::mesh::Mesh;
+use parry3d::transformation::vhacd::{VHACD, VHACDParameters};
+
+/// Voxels along the longest side.
+const RESOLUTION: u32 = 64;
+
+/// At most `budget` convex parts of the mesh, whose vertices lie on it; none if the mesh has no extent.
+pub(super) fn decompose(mesh: &Mesh, budget: usize) -> Vec<Hull> {
+    let parameters =
+        VHACDParameters { resolution: RESOLUTION, max_convex_hulls: budget as u32, ..VHACDParameters::default() };
+    let found = VHACD::decompose(&parameters, &mesh.vertices, &mesh.triangles, true);
+    let parts = found.compute_primitive_intersections(&mesh.vertices, &mesh.triangles);
+    parts.iter().filter_map(|points| Hull::new(points)).collect()
+}
