@@ -4,7 +4,7 @@ use crate::fixture::*;
 use glam::{DVec3, Quat, Vec3};
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::optimize::{Config, ObjectOutcome, run};
-use rest3d_gpu::scene::Parent;
+use rest3d_gpu::scene::{Parent, Relation};
 
 #[test]
 fn lost_support_is_seen() {
@@ -194,4 +194,27 @@ fn what_stands_side_by_side_gets_room() {
     assert!((2e-3..right.moved).contains(&left.moved), "the fuller one moves less: {} {} m", left.moved, right.moved);
     assert!((vase.moved - left.moved).abs() < 5e-4, "what stands on it comes along: {} m", vase.moved);
     assert!(apart.moved < 1e-3 && niche.moved < 1e-3, "{} {} m", apart.moved, niche.moved);
+}
+
+/// A crate whose edge is 10 mm under a board, 8 mm too high for it: board and slab press on it and keep it in, at rest.
+#[test]
+fn what_is_jammed_is_freed() {
+    let mut boxes = Boxes::default();
+    let slab = boxes.add("slab", GROUND, Vec3::new(1.0, 0.1, 1.0), DVec3::ZERO);
+    let board = boxes.add("board", GROUND, Vec3::new(1.0, 0.3, 0.2), DVec3::new(0.0, 0.292, 0.0));
+    boxes.objects[slab].movable = false;
+    boxes.objects[board].movable = false;
+    let crate_ = boxes.add("crate", Parent::Object(slab), Vec3::splat(0.2), DVec3::new(0.0, 0.1, 0.19));
+    let mut scene = boxes.scene();
+    // Room beside each other is not made for what lies in something.
+    scene.objects[crate_].relation = Relation::Inside;
+    let with = |second_opinion: bool| {
+        let config = Config { second_opinion, ..frozen() };
+        let outcome = run(&scene, &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+        outcome.objects[crate_].clone()
+    };
+    let object = with(false);
+    assert!(object.stable && object.overlap > 2e-3, "{object:?}");
+    let object = with(true);
+    assert!(object.stable && object.overlap < 1e-3 && object.moved < 0.05 && !object.lost_support, "{object:?}");
 }
