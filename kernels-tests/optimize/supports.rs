@@ -110,6 +110,24 @@ fn what_leans_is_set_upright_where_there_is_room() {
     assert!(object.stable && object.turned < 0.02 && (0.03..0.08).contains(&object.moved), "{object:?}");
 }
 
+/// A block of 1 : 3 on its edge, past the 18° from which it falls over and past the 20° up to which it is taken for an upright
+/// one: standing is 25° away, lying 65°. From 45° both are as if it had fallen.
+#[test]
+fn what_would_roll_is_set_down_in_its_nearest_pose_of_rest() {
+    let block = |degrees: f64| {
+        let mut boxes = Boxes::default();
+        let block = boxes.add("block", GROUND, Vec3::new(0.1, 0.3, 0.1), DVec3::ZERO);
+        boxes.turn(block, degrees.to_radians(), DVec3::Y * 0.2);
+        let config = Config { seat: true, second_opinion: false, ..frozen() };
+        let outcome = run(&boxes.scene(), &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+        outcome.objects[block].clone()
+    };
+    let object = block(25.0);
+    assert!(object.stable && !object.fallen && (object.turned.to_degrees() - 25.0).abs() < 0.5, "{object:?}");
+    let object = block(50.0);
+    assert!(object.stable && object.fallen && object.turned.to_degrees() > 30.0, "{object:?}");
+}
+
 #[test]
 fn what_tumbles_is_fallen_and_unstable() {
     let boxes = room();

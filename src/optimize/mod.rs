@@ -18,6 +18,7 @@ mod projection;
 mod replay;
 mod retry;
 mod rig;
+mod roll;
 mod room;
 mod run;
 mod seat;

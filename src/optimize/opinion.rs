@@ -5,9 +5,9 @@
 //! moves in any of these runs is searched once more, with a wider spread, and so is what leans or has lost its support.
 //! Copies of the layout have those objects shifted and turned at random, about where they are and about where they come
 //! to rest in one of the runs, or where there is room for them near the place at which they were set onto it. Each copy
-//! settles and is let go in the same way, and so is a mixture in which every object is as in a copy that it stands in.
-//! The cheapest goes on: what counts is what has lost its support, moves or has fallen over, and the way from the
-//! reconstruction.
+//! settles and is let go in the same way, and so are mixtures in which every object is as in the copy in which it costs
+//! least. What costs is what has lost its support, moves or has fallen over, and the way from the reconstruction. The
+//! cheapest are let go with the other decompositions on the slopes too, and the cheapest of those goes on.
 
 use super::{
     Event, Observer,
@@ -28,6 +28,12 @@ use glam::{DQuat, Vec2, Vec3};
 /// Copies that a round looks at.
 const COPIES: u32 = 32;
 
+/// How many times a round mixes what they have found.
+const MIXTURES: u32 = 2;
+
+/// The cheapest so many of a round are let go in further runs.
+const FINALISTS: usize = 4;
+
 /// Most rounds, and how many in a row that find nothing better are the last.
 const ROUNDS: u32 = 8;
 const PATIENCE: u32 = 2;
@@ -45,11 +51,14 @@ const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
 
 /// What an object costs that has lost its support, and that has fallen over: rad, or so many times 17 cm.
 const LOST: f64 = 10.0;
-const FELL: f64 = 2.0;
+const FELL: f64 = 4.0;
 
 /// And one that moves, with the parts that the result names, and with others: those may be at fault themselves.
 const MOVES: f64 = 3.0;
 const MOVES_OTHERWISE: f64 = 2.0;
+
+/// And one that moves in a further run.
+const DOUBT: f64 = 1.0;
 
 /// What is deeper than this in another at rest is jammed, m: parts of meshes that only touch overlap by less. And its cost.
 const JAMMED: f32 = 2e-3;
@@ -78,6 +87,17 @@ struct Trial {
     /// How far the objects are from the reconstruction and how much farther they go when let go, on average over the runs, as
     /// the layout term weighs it; and what it costs that they lost their supports, fell or moved.
     cost: f64,
+    /// What each object contributes to it.
+    costs: Vec<f64>,
+}
+
+/// What comes of an object that is let go.
+#[derive(Clone, Copy, Default)]
+struct Release {
+    /// What it costs that it moves, in all runs.
+    moves: f64,
+    /// How much farther it goes, on average over the runs.
+    farther: f64,
 }
 
 /// All objects with the parts, masses and friction of a run.
@@ -95,6 +115,9 @@ pub(super) struct Opinions<'a> {
     run: &'a Run<'a>,
     group: &'a Group,
     models: Vec<Model>,
+    /// Further runs, with the alternative parts on slopes: the best of many copies owes its place partly to luck in the runs
+    /// that it was chosen by.
+    further: Vec<Model>,
 }
 
 impl<'a> Opinions<'a> {
@@ -108,14 +131,14 @@ impl<'a> Opinions<'a> {
             simulation: simulation.clone(),
             price,
         };
-        let alternative =
-            |number: usize| run.shapes.iter().map(|s| Rig::alternative(&s.alternatives[number])).collect();
         let slopes = [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y].map(|way| SLOPE * way);
-        let on = |slope| run.rigs.iter().zip(layout).map(|(rig, pose)| rig.on_slope(pose, slope)).collect();
+        let on = |rigs: &[Rig], slope| rigs.iter().zip(layout).map(|(rig, pose)| rig.on_slope(pose, slope)).collect();
         let mut models = vec![model(run.rigs.clone(), &as_it_is, MOVES)];
-        models.extend([0, 1].map(|number| model(alternative(number), &as_it_is, MOVES_OTHERWISE)));
-        models.extend(slopes.map(|slope| model(on(slope), &slippery, MOVES)));
-        Self { run, group, models }
+        models.extend(run.alternatives.iter().map(|rigs| model(rigs.clone(), &as_it_is, MOVES_OTHERWISE)));
+        models.extend(slopes.map(|slope| model(on(&run.rigs, slope), &slippery, MOVES)));
+        let further = run.alternatives.iter().flat_map(|rigs| slopes.map(|slope| (rigs, slope)));
+        let further = further.map(|(rigs, slope)| model(on(rigs, slope), &slippery, DOUBT)).collect();
+        Self { run, group, models, further }
     }
 
     /// Searches what does not stand in all runs once more. The layout stays as it is unless a better one is found.
@@ -138,13 +161,19 @@ impl<'a> Opinions<'a> {
             }
             let copies = self.copies(&best, round)?;
             let mut trials = self.judge(self.settled(0, &copies)?)?;
-            let mixed = [mixed(&best, &trials, |object, pose| self.distance(object, pose))];
-            trials.extend(self.judge(self.settled(0, &mixed)?)?);
-            let cheapest = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-            match cheapest.filter(|trial| trial.cost + WORTH < best.cost) {
-                Some(better) => (best, idle) = (better, 0),
-                None => idle += 1,
+            for _ in 0..MIXTURES {
+                let mixed = [mixed(&best, &trials)];
+                trials.extend(self.judge(self.settled(0, &mixed)?)?);
             }
+            trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            trials.truncate(FINALISTS);
+            trials.insert(0, best);
+            let doubts = self.doubts(&trials)?;
+            let totals = trials.iter().zip(doubts).map(|(trial, doubt)| trial.cost + doubt).enumerate();
+            let total = |(rank, total): &(usize, f64)| total + if *rank > 0 { WORTH } else { 0.0 };
+            let (rank, _) = totals.min_by(|a, b| total(a).total_cmp(&total(b))).unwrap_or_default();
+            idle = if rank > 0 { 0 } else { idle + 1 };
+            best = trials.swap_remove(rank);
         }
         *layout = best.layout;
         Ok(())
@@ -154,8 +183,8 @@ impl<'a> Opinions<'a> {
     pub fn second(&self, layout: &Layout) -> Result<Vec<bool>, BackendError> {
         let settings = &self.run.config.verify;
         let mut stays = vec![true; layout.len()];
-        for (number, Model { world, simulation, .. }) in self.models.iter().enumerate().skip(1).take(2) {
-            let checked = verify(self.run.backend, world, simulation, settings, &self.starts(number, layout))?;
+        for model @ Model { world, simulation, .. } in self.models.iter().skip(1).take(2) {
+            let checked = verify(self.run.backend, world, simulation, settings, &self.starts(model, layout))?;
             if checked.usable[0] {
                 self.group
                     .moving()
@@ -179,6 +208,8 @@ impl<'a> Opinions<'a> {
             if copy % 2 == 1 {
                 let elsewhere = &elsewhere[copy as usize / 2 % elsewhere.len()];
                 objects.iter().for_each(|&object| layout[object] = elsewhere[object]);
+            } else if copy % 4 == 2 {
+                objects.iter().for_each(|&object| layout[object] = self.turned_back(object, &layout[object]));
             }
             if !trial.lost.is_empty() || trial.moving.is_empty() || copy % 4 < 2 {
                 for (&object, places) in trial.astray.iter().zip(&places) {
@@ -191,6 +222,14 @@ impl<'a> Opinions<'a> {
             layout
         };
         Ok((0..COPIES).map(copy).collect())
+    }
+
+    /// The object where it is, as it was reconstructed.
+    fn turned_back(&self, object: usize, pose: &scene::Pose) -> scene::Pose {
+        let rig = &self.run.rigs[object];
+        let turned = scene::Pose { rotation: self.run.input[object].rotation, ..*pose };
+        let off = rig.center_of(pose) - rig.center_of(&turned);
+        scene::Pose { translation: turned.translation + off, ..turned }
     }
 
     /// Shifts and turns the objects about their centres of mass; the first two copies stay as they are.
@@ -210,13 +249,13 @@ impl<'a> Opinions<'a> {
         }
     }
 
-    fn starts(&self, model: usize, layout: &Layout) -> Vec<Pose> {
-        self.run.starts(&self.models[model].rigs, self.group, layout)
+    fn starts(&self, model: &Model, layout: &Layout) -> Vec<Pose> {
+        self.run.starts(&model.rigs, self.group, layout)
     }
 
     /// Where the layouts come to rest; what cannot be simulated stays.
     fn settled(&self, model: usize, layouts: &[Layout]) -> Result<Vec<Layout>, BackendError> {
-        let Model { rigs, world, simulation, .. } = &self.models[model];
+        let model @ Model { rigs, world, simulation, .. } = &self.models[model];
         let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
         let settled = settle(self.run.backend, world, simulation, &self.run.config.settle, &starts)?;
         let bodies = world.bodies.len();
@@ -230,30 +269,17 @@ impl<'a> Opinions<'a> {
 
     /// Lets layouts at rest go in all runs.
     fn judge(&self, layouts: Vec<Layout>) -> Result<Vec<Trial>, BackendError> {
-        let Run { backend, config, seated, .. } = self.run;
-        let mut moves = vec![vec![0.0_f64; seated.len()]; layouts.len()];
-        let mut farther = vec![vec![0.0_f64; seated.len()]; layouts.len()];
-        for (model, Model { world, simulation, price, .. }) in self.models.iter().enumerate() {
-            let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-            let checked = verify(*backend, world, simulation, &config.verify, &starts)?;
-            let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
-            for ((motions, usable), (moves, farther)) in motions.zip(moves.iter_mut().zip(&mut farther)) {
-                for (body, object) in self.group.moving() {
-                    let motion = &motions[body];
-                    moves[object] += if *usable && motion.is_still(&config.verify) { 0.0 } else { *price };
-                    farther[object] += self.weighed(motion.drift, motion.turn) / self.models.len() as f64;
-                }
-            }
-        }
-        let Model { world, simulation, .. } = &self.models[0];
-        for (layout, moves) in layouts.iter().zip(&mut moves) {
-            let depths = backend.overlaps(world, simulation, &self.starts(0, layout))?;
+        let Run { backend, seated, .. } = self.run;
+        let mut released = self.let_go(&self.models, &layouts)?;
+        let model @ Model { world, simulation, .. } = &self.models[0];
+        for (layout, released) in layouts.iter().zip(&mut released) {
+            let depths = backend.overlaps(world, simulation, &self.starts(model, layout))?;
             for (pair, _) in world.pairs.iter().zip(&depths).filter(|(_, depth)| **depth > JAMMED) {
                 let movable = self.group.moving().filter(|(body, _)| pair.contains(&(*body as u32)));
-                movable.for_each(|(_, object)| moves[object] += JAMS);
+                movable.for_each(|(_, object)| released[object].moves += JAMS);
             }
         }
-        let trial = |((layout, moves), farther): ((Layout, Vec<f64>), Vec<f64>)| {
+        let trial = |(layout, released): (Layout, Vec<Release>)| {
             let turned = |object: usize| angle(&layout[object], &seated[object]);
             let movable = || self.group.moving().map(|(_, object)| object);
             let unsupported = self.unsupported(&layout);
@@ -263,19 +289,48 @@ impl<'a> Opinions<'a> {
                 true => movable().filter(|&object| turned(object) > LEANING).collect(),
                 false => lost.clone(),
             };
-            let moving: Vec<usize> = movable().filter(|&object| moves[object] > 0.0).collect();
-            let failing = movable().filter(|&object| moves[object] > 0.0 || astray.contains(&object)).collect();
+            let moving: Vec<usize> = movable().filter(|&object| released[object].moves > 0.0).collect();
+            let failing =
+                movable().filter(|&object| released[object].moves > 0.0 || astray.contains(&object)).collect();
             let price = |object: usize| {
                 self.distance(object, &layout[object])
-                    + farther[object]
+                    + released[object].farther
                     + if unsupported[object] { LOST } else { 0.0 }
-                    + if turned(object) > FALLEN { FELL } else { 0.0 }
-                    + moves[object]
+                    + if angle(&layout[object], &self.run.input[object]) > FALLEN { FELL } else { 0.0 }
+                    + released[object].moves
             };
-            let cost = movable().map(price).sum();
-            Trial { moving, failing, lost, astray, cost, layout }
+            let mut costs = vec![0.0; layout.len()];
+            movable().for_each(|object| costs[object] = price(object));
+            Trial { moving, failing, lost, astray, cost: costs.iter().sum(), costs, layout }
         };
-        Ok(layouts.into_iter().zip(moves).zip(farther).map(trial).collect())
+        Ok(layouts.into_iter().zip(released).map(trial).collect())
+    }
+
+    /// What it costs in each trial that objects move in the further runs, and how far they go on average over them.
+    fn doubts(&self, trials: &[Trial]) -> Result<Vec<f64>, BackendError> {
+        let layouts: Vec<Layout> = trials.iter().map(|trial| trial.layout.clone()).collect();
+        let price = |released: Vec<Release>| released.iter().map(|released| released.moves + released.farther).sum();
+        Ok(self.let_go(&self.further, &layouts)?.into_iter().map(price).collect())
+    }
+
+    /// What comes of every object of every layout in these runs.
+    fn let_go(&self, models: &[Model], layouts: &[Layout]) -> Result<Vec<Vec<Release>>, BackendError> {
+        let Run { backend, config, seated, .. } = self.run;
+        let mut released = vec![vec![Release::default(); seated.len()]; layouts.len()];
+        for model @ Model { world, simulation, price, .. } in models {
+            let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
+            let checked = verify(*backend, world, simulation, &config.verify, &starts)?;
+            let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
+            for ((motions, usable), released) in motions.zip(&mut released) {
+                for (body, object) in self.group.moving() {
+                    let motion = &motions[body];
+                    let stays = *usable && motion.is_still(&config.verify);
+                    released[object].moves += if stays { 0.0 } else { *price };
+                    released[object].farther += self.weighed(motion.drift, motion.turn) / models.len() as f64;
+                }
+            }
+        }
+        Ok(released)
     }
 
     /// True for what has lost its support.
@@ -298,15 +353,36 @@ impl<'a> Opinions<'a> {
     }
 }
 
-/// Every object that fails as it is in the trial in which it stands nearest to its reconstruction: what stands here and
-/// there in different trials may stand together.
-fn mixed(best: &Trial, trials: &[Trial], distance: impl Fn(usize, &scene::Pose) -> f64) -> Layout {
+/// Every object that fails as it is in the trial in which it costs least: what stands here and there in different trials may
+/// stand together.
+fn mixed(best: &Trial, trials: &[Trial]) -> Layout {
     let mut layout = best.layout.clone();
     for &object in &best.failing {
-        let stands = trials.iter().filter(|trial| !trial.failing.contains(&object));
-        let nearest = stands.map(|trial| trial.layout[object]);
-        let nearest = nearest.min_by(|a, b| distance(object, a).total_cmp(&distance(object, b)));
-        layout[object] = nearest.unwrap_or(layout[object]);
+        let cheapest = trials.iter().chain([best]).min_by(|a, b| a.costs[object].total_cmp(&b.costs[object]));
+        layout[object] = cheapest.map_or(layout[object], |trial| trial.layout[object]);
     }
     layout
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn a_mixture_takes_the_cheapest_of_what_fails() {
+        let trial = |x: f64, costs: [f64; 3], failing: &[usize]| Trial {
+            moving: Vec::new(),
+            failing: failing.to_vec(),
+            lost: Vec::new(),
+            astray: Vec::new(),
+            cost: costs.iter().sum(),
+            costs: costs.to_vec(),
+            layout: vec![scene::Pose { translation: DVec3::X * x, ..scene::Pose::IDENTITY }; 3],
+        };
+        let best = trial(0.0, [5.0, 2.0, 3.0], &[0, 1]);
+        let mixed = mixed(&best, &[trial(1.0, [4.0, 3.0, 0.0], &[]), trial(2.0, [1.0, 9.0, 0.0], &[0, 1])]);
+        let from: Vec<f64> = mixed.iter().map(|pose| pose.translation.x).collect();
+        assert_eq!(from, [2.0, 0.0, 0.0], "nothing better for the second, and the third does not fail");
+    }
 }

@@ -49,6 +49,8 @@ pub(super) struct Run<'a> {
     pub scene: &'a Scene,
     pub shapes: &'a [Shape],
     pub rigs: Vec<Rig>,
+    /// The same objects as their other decompositions have them.
+    pub alternatives: [Vec<Rig>; 2],
     pub input: Vec<scene::Pose>,
     /// What the layout term compares with: the input at the heights of its supports, on its walls and ceiling.
     pub seated: Vec<scene::Pose>,
@@ -88,6 +90,8 @@ impl<'a> Run<'a> {
             placements: vec![None; shapes.len()],
             walls: Vec::new(),
             rigs,
+            alternatives: [0, 1]
+                .map(|number| shapes.iter().map(|s| Rig::alternative(&s.alternatives[number])).collect()),
             groups: groups::plan(scene, config.global_only),
             backend,
             config,
@@ -135,9 +139,9 @@ impl<'a> Run<'a> {
         layout: &mut [scene::Pose],
     ) -> Result<Vec<usize>, BackendError> {
         let simulation = &self.config.fine();
-        let Self { scene, rigs, backend, forms, .. } = self;
-        Seat { scene, rigs, backend: *backend, simulation, settings: &self.config.settle, room, forms }
-            .run(which, layout)
+        let Self { scene, rigs, alternatives, backend, forms, .. } = self;
+        let settings = &self.config.settle;
+        Seat { scene, rigs, alternatives, backend: *backend, simulation, settings, room, forms }.run(which, layout)
     }
 
     /// The second mean that the group's search starts from, if it has one.

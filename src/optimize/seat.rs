@@ -7,7 +7,7 @@
 //! object's footprint (REST3D's stage 2b, which takes the parent's highest point instead). Then the object is simulated
 //! alone on its held parent: a desk that leans by two degrees would otherwise throw about what the search has carefully
 //! set onto it, when at last it falls level. What falls over alone is tried once more upright, or against its wall if the
-//! scene says that it stands at one.
+//! scene says that it stands at one; what rolls is set down in the nearest pose in which it stays (`roll`).
 
 use super::config::SettleSettings;
 use super::room::{self, CONTACT, Form, LEANING, Room};
@@ -58,7 +58,7 @@ const MAX_TURN: f32 = 0.2;
 const LEAN: Range<f64> = 0.017..0.35;
 
 /// An object that slides farther than this when left alone keeps its pose, m.
-const MAX_SLIDE: f32 = 0.05;
+pub(super) const MAX_SLIDE: f32 = 0.05;
 
 /// Where an object left alone on its parent ends, and how far from where it was left.
 pub(super) struct Rest {
@@ -77,9 +77,12 @@ impl Rest {
 }
 
 /// Sets objects onto their supports.
+#[derive(Clone, Copy)]
 pub(super) struct Seat<'a> {
     pub scene: &'a Scene,
     pub rigs: &'a [Rig],
+    /// The same objects as their other decompositions have them.
+    pub alternatives: &'a [Vec<Rig>; 2],
     pub backend: &'a dyn Backend,
     pub simulation: &'a SimSettings,
     pub settings: &'a SettleSettings,
@@ -100,6 +103,7 @@ impl Seat<'_> {
             }
             self.settle_height(object, layout);
             let mut left_alone = self.rest(object, None, layout)?;
+
             if !self.is_borne(object, left_alone.as_ref(), layout) && self.move_inwards(object, layout)? {
                 left_alone = self.rest(object, None, layout)?;
             }
@@ -114,14 +118,14 @@ impl Seat<'_> {
             }
             let fall = left_alone.map_or(f32::INFINITY, |rest| rest.turn);
             // What leans far was meant to; what leans a little does without the wall if it can.
-            let on_wall = if lean(&layout[object]) > LEANING {
-                self.lean_on_wall(object, layout)? || {
-                    self.set_upright(object, fall, layout)?;
-                    false
+            let meant = lean(&layout[object]) > LEANING;
+            let mut on_wall = meant && self.lean_on_wall(object, layout)?;
+            if !on_wall && !self.set_upright(object, fall, layout)? {
+                on_wall = !meant && self.lean_on_wall(object, layout)?;
+                if !on_wall {
+                    self.set_at_rest(object, fall, layout)?;
                 }
-            } else {
-                !self.set_upright(object, fall, layout)? && self.lean_on_wall(object, layout)?
-            };
+            }
             if on_wall {
                 leaning.push(object);
             }
@@ -166,6 +170,12 @@ impl Seat<'_> {
             None => layout.copy_from_slice(&kept),
         }
         Ok(rest.is_some())
+    }
+
+    /// The same with each decomposition of the objects.
+    pub(super) fn with_all_parts(&self) -> [Self; 3] {
+        let [a, b] = self.alternatives;
+        [self.rigs, a, b].map(|rigs| Self { rigs, ..*self })
     }
 
     pub(super) fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
