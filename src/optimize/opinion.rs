@@ -209,7 +209,10 @@ impl<'a> Opinions<'a> {
                 let elsewhere = &elsewhere[copy as usize / 2 % elsewhere.len()];
                 objects.iter().for_each(|&object| layout[object] = elsewhere[object]);
             } else if copy % 4 == 2 {
-                objects.iter().for_each(|&object| layout[object] = self.turned_back(object, &layout[object]));
+                // As they were reconstructed, where they are.
+                for &object in &objects {
+                    layout[object] = self.run.rigs[object].turned(&layout[object], self.run.input[object].rotation);
+                }
             }
             if !trial.lost.is_empty() || trial.moving.is_empty() || copy % 4 < 2 {
                 for (&object, places) in trial.astray.iter().zip(&places) {
@@ -224,14 +227,6 @@ impl<'a> Opinions<'a> {
         Ok((0..COPIES).map(copy).collect())
     }
 
-    /// The object where it is, as it was reconstructed.
-    fn turned_back(&self, object: usize, pose: &scene::Pose) -> scene::Pose {
-        let rig = &self.run.rigs[object];
-        let turned = scene::Pose { rotation: self.run.input[object].rotation, ..*pose };
-        let off = rig.center_of(pose) - rig.center_of(&turned);
-        scene::Pose { translation: turned.translation + off, ..turned }
-    }
-
     /// Shifts and turns the objects about their centres of mass; the first two copies stay as they are.
     fn perturb(&self, layout: &mut Layout, objects: &[usize], round: u32, copy: u32) {
         let wide = (copy / 2) as f32 / (COPIES / 2 - 1) as f32;
@@ -240,12 +235,9 @@ impl<'a> Opinions<'a> {
         let stream = Stream { seed: self.run.seed, stage: self.run.groups.len() as u32 };
         sample(&vec![0.0; std.len()], &std, stream, round, copy, &mut noise);
         for (&object, noise) in objects.iter().zip(noise.chunks_exact(SPREAD.len())) {
-            let rig = &self.run.rigs[object];
-            let center = rig.center_of(&layout[object]);
             let turn = DQuat::from_scaled_axis(Vec3::from_slice(&noise[3..]).as_dvec3());
-            let turned = scene::Pose { rotation: (turn * layout[object].rotation).normalize(), ..layout[object] };
-            let shift = center + Vec3::from_slice(noise).as_dvec3() - rig.center_of(&turned);
-            layout[object] = scene::Pose { translation: turned.translation + shift, ..turned };
+            layout[object] = self.run.rigs[object].turned(&layout[object], turn * layout[object].rotation);
+            layout[object].translation += Vec3::from_slice(noise).as_dvec3();
         }
     }
 

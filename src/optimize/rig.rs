@@ -67,6 +67,12 @@ impl Rig {
         object.translation + object.rotation * self.center
     }
 
+    /// The object with this rotation, its centre of mass where it was.
+    pub fn turned(&self, object: &scene::Pose, rotation: DQuat) -> scene::Pose {
+        let rotation = rotation.normalize();
+        scene::Pose { rotation, translation: self.center_of(object) - rotation * self.center }
+    }
+
     /// Height of the lowest vertex at a pose of the body, m; +∞ without parts.
     pub fn lowest(&self, body: &Pose) -> f32 {
         self.parts.iter().flatten().map(|v| body.point(*v).y).fold(f32::INFINITY, f32::min)
@@ -81,6 +87,17 @@ impl Rig {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_turned_keeps_its_centre() {
+        let center = Vec3::new(0.1, 0.3, 0.1);
+        let mass = MassProperties { mass: 1.0, center, axes: glam::Quat::IDENTITY, inertia: Vec3::ONE };
+        let rig = Rig::of_parts(&[], &mass);
+        let pose = scene::Pose { rotation: DQuat::from_rotation_z(0.4), translation: DVec3::new(3.0, 0.5, -2.0) };
+        let turned = rig.turned(&pose, DQuat::from_rotation_y(1.1) * 2.0);
+        assert!(turned.rotation.angle_between(DQuat::from_rotation_y(1.1)) < 1e-9 && turned.rotation.is_normalized());
+        assert!(rig.center_of(&turned).distance(rig.center_of(&pose)) < 1e-12);
+    }
 
     #[test]
     fn on_a_slope_the_centre_is_off_and_the_parts_stay() {

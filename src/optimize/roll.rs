@@ -68,10 +68,7 @@ impl Seat<'_> {
     /// The object turned so about its centre of mass, at the height at which it rests on its parent.
     fn set_down(&self, object: usize, rotation: DQuat, layout: &[scene::Pose]) -> scene::Pose {
         let mut turned = layout.to_vec();
-        turned[object].rotation = rotation.normalize();
-        let center = |layout: &[scene::Pose]| self.rigs[object].center_of(&layout[object]);
-        let off = center(layout) - center(&turned);
-        turned[object].translation += off;
+        turned[object] = self.rigs[object].turned(&layout[object], rotation);
         self.settle_height(object, &mut turned);
         turned[object]
     }
