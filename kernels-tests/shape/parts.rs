@@ -149,7 +149,7 @@ fn what_bears_follows_its_top() {
     check("bearing", &bearing);
     assert!(above(&bare) > 5e-3, "the part follows the top by itself: {}", above(&bare));
     assert!(above(&bearing) <= 2e-3, "{} m above the top, {} parts", above(&bearing), bearing.parts.len());
-    assert!(bearing.parts.len() <= ShapeSettings::default().bearing_parts);
+    assert!(bearing.parts.len() <= ShapeSettings::default().following_parts);
     assert!(bearing.quality.uncovered_max_mm < 0.5, "{:?}", bearing.quality);
 }
 

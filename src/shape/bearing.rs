@@ -120,11 +120,7 @@ impl Cover {
         for &normal in normals {
             let along = self.piece.hull.vertices.iter().map(|p| normal.dot(*p));
             let (low, high) = along.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), a| (l.min(a), h.max(a)));
-            let cut = |side: &Vec<[Vec3; 3]>| {
-                let (below, above) = clip(side, normal, 0.5 * (low + high));
-                [below, above]
-            };
-            sides = sides.iter().flat_map(cut).collect();
+            sides = sides.iter().flat_map(|side| clip(side, normal, 0.5 * (low + high))).collect();
         }
         sides.into_iter().map(|side| Some(Self::new(Piece::new(side, solid)?, solid, up))).collect()
     }

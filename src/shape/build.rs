@@ -2,9 +2,17 @@
 
 use super::voxels;
 use super::{
-    Alternative, Cache, MAX_REACH, Mesh, Part, Quality, Shape, ShapeError, ShapeRequest, ShapeSettings, cache::Key,
-    cover, decompose, divide, hull, hull::Hull, mass, mass::MassProperties, measure, padding, part_budget, read_mesh,
-    reduce::Levels, soles, solid::Solid, typical_mass,
+    Alternative, Cache, MAX_REACH, Mesh, Part, Quality, Shape, ShapeError, ShapeRequest, ShapeSettings,
+    cache::Key,
+    cover, decompose, divide, hull,
+    hull::Hull,
+    mass,
+    mass::MassProperties,
+    measure, padding, part_budget, read_mesh,
+    reduce::{Levels, reduce},
+    soles,
+    solid::Solid,
+    typical_mass,
 };
 use glam::{Quat, Vec3};
 use rayon::prelude::*;
@@ -13,7 +21,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 21";
+const ALGORITHM: &str = "shape 22";
 /// Most parts of an `Alternative`.
 const ALTERNATIVE_PARTS: usize = 16;
 /// Parts that leave more of the mesh than this share of its size uncovered are worth a note.
@@ -197,7 +205,9 @@ fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, bears: bool, se
     let settings = settings.alternative();
     let coarse =
         decompose::decompose(&triangles, &solid, &levels, ALTERNATIVE_PARTS, bears, &settings, &mut Vec::new());
-    let voxels = cover::fit(voxels::decompose(mesh, ALTERNATIVE_PARTS), &levels, ALTERNATIVE_PARTS, &settings);
+    let most = settings.max_vertices;
+    let voxels: Vec<Hull> =
+        voxels::decompose(mesh, ALTERNATIVE_PARTS).iter().map(|hull| reduce(hull, &levels, most, most)).collect();
     let alternatives = [coarse, voxels].map(|mut others| {
         largest_first(&mut others);
         Body::new(if others.is_empty() { hulls.clone() } else { others }, false)
@@ -233,5 +243,5 @@ fn ready_made(
         return pieces;
     }
     notes.push(format!("convex_parts[{number}] has {corners} vertices: {} parts cover it", pieces.len()));
-    cover::fit(pieces, levels, 0, settings)
+    pieces.iter().map(|piece| cover::covering(piece, levels, settings).0).collect()
 }

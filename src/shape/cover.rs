@@ -5,17 +5,19 @@
 //! by the shortest way. Horizontal faces that are tight already stay where they are: they are feet, tops and boards.
 
 use super::ShapeSettings;
-use super::divide::cut;
 use super::hull::Hull;
 use super::reduce::{Levels, reduce};
+use super::solid::Solid;
+use super::split::Piece;
 use glam::{Vec3, Vec4};
 
 /// A part may stand out beyond its full hull by this share of its diagonal before it is worth another part …
 const GROWTH: f32 = 0.01;
-/// … or by this much, m, if that is more …
+/// … but not by less or more than this, m, …
 const LEAST_GROWTH: f32 = 1e-3;
+const MOST_GROWTH: f32 = 1.5e-3;
 /// … and the two halves must stand out by less than this share of what the whole does.
-const WORTH: f32 = 0.8;
+const WORTH: f32 = 0.95;
 /// What a part falls short of its full hull in the end, m.
 const SHORT: f32 = 0.02e-3;
 /// Rounds of growing: a moved vertex tilts the faces around it, and the next round sees those.
@@ -27,65 +29,76 @@ const SPIKE: f32 = 4.0;
 /// Cosine with the vertical above which a face is horizontal (about 2.5°).
 const HORIZONTAL: f32 = 0.999;
 
-/// A hull and what it has become with the vertices that a part may have.
+/// A piece and what its hull has become with the vertices that a part may have.
 struct Fitted {
-    full: Hull,
+    piece: Piece,
     part: Hull,
-    /// How far the part stands out beyond the full hull, m, and how far it may.
+    /// How far the part stands out beyond the piece's hull, m, and how far it may.
     growth: f32,
     tolerated: f32,
 }
 
 impl Fitted {
-    fn new(full: Hull, levels: &Levels, settings: &ShapeSettings) -> Self {
-        let most = settings.max_vertices;
-        let fitted = |soft: usize| {
-            let part = cover(&reduce(&full, levels, soft, most), &full, levels, most);
-            let growth = part.vertices.iter().map(|v| full.excess(*v)).fold(0.0, f32::max);
-            (part, growth)
-        };
-        let (mut part, mut growth) = fitted(settings.soft_vertices.min(most));
-        if growth > LEAST_GROWTH && part.vertices.len() < most {
-            (part, growth) = fitted(most);
-        }
-        let (low, high) = full.bounds();
-        let tolerated = LEAST_GROWTH.max(GROWTH * low.distance(high));
-        Self { full, part, growth, tolerated }
+    fn new(piece: Piece, levels: &Levels, settings: &ShapeSettings) -> Self {
+        let (part, growth) = covering(&piece.hull, levels, settings);
+        let (low, high) = piece.hull.bounds();
+        let tolerated = (GROWTH * low.distance(high)).clamp(LEAST_GROWTH, MOST_GROWTH);
+        Self { piece, part, growth, tolerated }
+    }
+
+    /// Its two sides, cut across the middle of that side of its box which leaves them standing out least.
+    fn halves(&self, solid: &Solid, levels: &Levels, settings: &ShapeSettings) -> Option<[Self; 2]> {
+        let growth = |halves: &[Self; 2]| halves[0].growth.max(halves[1].growth);
+        let cuts = Vec3::AXES.into_iter().filter_map(|axis| match self.piece.halves(axis, solid) {
+            [Some(one), Some(other)] => Some([one, other].map(|half| Self::new(half, levels, settings))),
+            _ => None,
+        });
+        cuts.min_by(|a, b| growth(a).total_cmp(&growth(b))).filter(|halves| growth(halves) < WORTH * self.growth)
     }
 }
 
-/// The hulls with at most so many vertices as a part may have. If they are to cover what they stand for, those that would
-/// grow most are divided while there are fewer than `budget`.
-pub(super) fn fit(hulls: Vec<Hull>, levels: &Levels, budget: usize, settings: &ShapeSettings) -> Vec<Hull> {
+/// A hull of at most so many vertices as a part may have that covers `full`, and how far it stands out, m.
+pub(super) fn covering(full: &Hull, levels: &Levels, settings: &ShapeSettings) -> (Hull, f32) {
+    let most = settings.max_vertices;
+    let fitted = |soft: usize| {
+        let part = cover(&reduce(full, levels, soft, most), full, levels, most);
+        let growth = part.vertices.iter().map(|v| full.excess(*v)).fold(0.0, f32::max);
+        (part, growth)
+    };
+    let (part, growth) = fitted(settings.soft_vertices.min(most));
+    if growth > LEAST_GROWTH && part.vertices.len() < most { fitted(most) } else { (part, growth) }
+}
+
+/// The pieces' hulls with at most so many vertices as a part may have. If they are to cover what they stand for, pieces whose
+/// hulls would grow most are cut while there are fewer than `most` parts.
+pub(super) fn fit(
+    pieces: Vec<Piece>,
+    solid: &Solid,
+    levels: &Levels,
+    most: usize,
+    settings: &ShapeSettings,
+) -> Vec<Hull> {
     if !settings.covering {
-        let most = settings.max_vertices;
-        return hulls.iter().map(|hull| reduce(hull, levels, most, most)).collect();
+        let vertices = settings.max_vertices;
+        return pieces.iter().map(|piece| reduce(&piece.hull, levels, vertices, vertices)).collect();
     }
-    let mut fitted: Vec<Fitted> = hulls.into_iter().map(|hull| Fitted::new(hull, levels, settings)).collect();
-    let mut whole = vec![true; fitted.len()];
-    while fitted.len() < budget {
-        let candidates = (0..fitted.len()).filter(|&i| whole[i] && fitted[i].growth > fitted[i].tolerated);
+    let mut fitted: Vec<Fitted> = pieces.into_iter().map(|piece| Fitted::new(piece, levels, settings)).collect();
+    let mut whole = vec![false; fitted.len()];
+    while fitted.len() < most {
+        let candidates = (0..fitted.len()).filter(|&i| !whole[i] && fitted[i].growth > fitted[i].tolerated);
         let Some(worst) = candidates.max_by(|&a, &b| fitted[a].growth.total_cmp(&fitted[b].growth)) else {
             break;
         };
-        let halves = halves(&fitted[worst].full).map(|half| half.map(|half| Fitted::new(half, levels, settings)));
-        match halves {
-            [Some(one), Some(other)] if one.growth.max(other.growth) < WORTH * fitted[worst].growth => {
+        match fitted[worst].halves(solid, levels, settings) {
+            Some([one, other]) => {
                 fitted[worst] = one;
                 fitted.push(other);
-                whole.push(true);
+                whole.push(false);
             }
-            _ => whole[worst] = false,
+            None => whole[worst] = true,
         }
     }
     fitted.into_iter().map(|fitted| fitted.part).collect()
-}
-
-/// The two sides of a hull, cut across its longest side.
-fn halves(hull: &Hull) -> [Option<Hull>; 2] {
-    let (low, high) = hull.bounds();
-    let extent = high - low;
-    cut(hull, Vec3::AXES.into_iter().fold(Vec3::X, |best, a| if a.dot(extent) > best.dot(extent) { a } else { best }))
 }
 
 /// `hull` with its vertices moved so that it covers `full`; as far as that goes without spikes.

@@ -23,8 +23,8 @@ const COMPARTMENT: f32 = 0.004;
 /// Meshes of more connected components than this are not cut like a cake: they are no bowls.
 const CAKE_COMPONENTS: usize = 4;
 
-/// Convex parts of the triangles (scaled, m), at most `budget`, or more where things rest on them if it `bears` any; their
-/// hulls cover the surface.
+/// Convex parts of the triangles (scaled, m) whose hulls cover the surface: at most `budget`, or more where so few do not
+/// follow it, above all where things rest on it if it `bears` any.
 pub(super) fn decompose(
     triangles: &[[Vec3; 3]],
     solid: &Solid,
@@ -34,15 +34,15 @@ pub(super) fn decompose(
     settings: &ShapeSettings,
     notes: &mut Vec<String>,
 ) -> Vec<Hull> {
-    let follow = |pieces: Vec<Piece>| -> Vec<Hull> {
-        let pieces = if bears { follow_tops(pieces, solid, levels.up, settings.bearing_parts) } else { pieces };
-        pieces.into_iter().map(|piece| piece.hull).collect()
+    let fit = |pieces: Vec<Piece>| -> Vec<Hull> {
+        let pieces = if bears { follow_tops(pieces, solid, levels.up, settings.following_parts) } else { pieces };
+        fit(pieces, solid, levels, budget.max(settings.following_parts), settings)
     };
     let Some(whole) = Piece::new(triangles.to_vec(), solid) else {
         return Vec::new();
     };
     if solid.protrusion(&whole.hull).1 <= CONVEX * whole.hull.volume() {
-        return fit(follow(vec![whole]), levels, budget, settings);
+        return fit(vec![whole]);
     }
     // A layer of this depth over the whole hull, shared by the parts.
     let layer = 0.5 * settings.accuracy * settings.accuracy * whole.hull.area();
@@ -76,11 +76,12 @@ pub(super) fn decompose(
         return Vec::new();
     };
     let pieces = without_hidden(pieces);
-    if pieces.len() > budget {
-        notes
-            .push(format!("{} parts, more than the {budget} of its category, to keep compartments open", pieces.len()));
+    let open = pieces.len();
+    let hulls = fit(pieces);
+    if hulls.len() > budget {
+        let why = if open > budget { "keep compartments open" } else { "follow its surface" };
+        notes.push(format!("{} parts, more than the {budget} of its category, to {why}", hulls.len()));
     }
-    let hulls = fit(follow(pieces), levels, budget, settings);
     if closed {
         notes.push(format!("a compartment is closed: {} parts are too few for it", hulls.len()));
     }
@@ -97,13 +98,7 @@ fn sectors(whole: &Piece, solid: &Solid, up: Vec3, budget: usize) -> Vec<Piece> 
     for i in 0..planes {
         let (sin, cos) = (std::f32::consts::PI * (i as f32 + 0.5) / planes as f32).sin_cos();
         let normal = u * cos + v * sin;
-        sectors = sectors
-            .iter()
-            .flat_map(|triangles| {
-                let (below, above) = clip(triangles, normal, normal.dot(center));
-                [below, above]
-            })
-            .collect();
+        sectors = sectors.iter().flat_map(|triangles| clip(triangles, normal, normal.dot(center))).collect();
     }
     sectors.into_iter().filter_map(|triangles| Piece::new(triangles, solid)).collect()
 }

@@ -37,7 +37,7 @@ fn best_cut(hull: &Hull) -> Option<[Hull; 2]> {
 }
 
 /// The two sides of a hull, cut across the middle of its extent along `axis`.
-pub(super) fn cut(hull: &Hull, axis: Vec3) -> [Option<Hull>; 2] {
+fn cut(hull: &Hull, axis: Vec3) -> [Option<Hull>; 2] {
     let (low, high) = hull.bounds();
     let (below, above) = plane_sides(&hull.vertices, &hull.edges(), axis, axis.dot(0.5 * (low + high)));
     [Hull::new(&below), Hull::new(&above)]

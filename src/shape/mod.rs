@@ -130,8 +130,8 @@ pub struct ShapeSettings {
     pub max_parts: usize,
     /// Parts beyond the category's budget that may be used to keep a compartment open (0: the paper's hard budget).
     pub extra_parts: usize,
-    /// Parts that an object may have so that they follow the surfaces on which others rest.
-    pub bearing_parts: usize,
+    /// Parts that an object may have so that they follow its surface, above all where others rest on it.
+    pub following_parts: usize,
     /// True: parts grow until they cover the mesh. False: their vertices lie on it.
     pub covering: bool,
 }
@@ -139,7 +139,7 @@ pub struct ShapeSettings {
 impl ShapeSettings {
     /// The settings of an `Alternative`.
     fn alternative(&self) -> Self {
-        Self { oversplit: 2.0, extra_parts: 0, bearing_parts: 16, covering: false, ..self.clone() }
+        Self { oversplit: 2.0, extra_parts: 0, following_parts: 16, covering: false, ..self.clone() }
     }
 }
 
@@ -155,7 +155,7 @@ impl Default for ShapeSettings {
             max_vertices: 64,
             max_parts: 32,
             extra_parts: 4,
-            bearing_parts: 32,
+            following_parts: 32,
             covering: true,
         }
     }

@@ -37,6 +37,13 @@ impl Piece {
         Some(Self { triangles, hull, bulge })
     }
 
+    /// The pieces on both sides of the plane through the middle of its extent along `axis`.
+    pub fn halves(&self, axis: Vec3, solid: &Solid) -> [Option<Self>; 2] {
+        let along = self.hull.vertices.iter().map(|v| axis.dot(*v));
+        let (low, high) = along.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), a| (l.min(a), h.max(a)));
+        clip(&self.triangles, axis, 0.5 * (low + high)).map(|side| Self::new(side, solid))
+    }
+
     /// Several pieces as one.
     pub fn joined<'a>(members: impl Iterator<Item = &'a Piece> + Clone) -> Option<Self> {
         let points: Vec<Vec3> = members.clone().flat_map(|piece| piece.hull.vertices.iter().copied()).collect();
@@ -60,8 +67,7 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
         }
         let sides: Vec<Piece> = best_cut(&piece, solid, up)
             .map(|(normal, offset)| {
-                let (below, above) = clip(&piece.triangles, normal, offset);
-                [below, above]
+                clip(&piece.triangles, normal, offset)
                     .into_iter()
                     .flat_map(|side| connected(side, solid, normal, offset))
                     .filter_map(|side| Piece::new(side, solid))
@@ -188,7 +194,7 @@ fn numbered(triangles: &[[Vec3; 3]]) -> (Vec<[u32; 3]>, usize) {
 }
 
 /// Cuts triangles at a plane. A triangle within it goes to the side on which the solid is, against its normal.
-pub(super) fn clip(triangles: &[[Vec3; 3]], normal: Vec3, offset: f32) -> (Vec<[Vec3; 3]>, Vec<[Vec3; 3]>) {
+pub(super) fn clip(triangles: &[[Vec3; 3]], normal: Vec3, offset: f32) -> [Vec<[Vec3; 3]>; 2] {
     let (mut below, mut above) = (Vec::new(), Vec::new());
     let scale = triangles.as_flattened().iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
     let flat = 2e-6 * scale;
@@ -221,7 +227,7 @@ pub(super) fn clip(triangles: &[[Vec3; 3]], normal: Vec3, offset: f32) -> (Vec<[
             }
         }
     }
-    (below, above)
+    [below, above]
 }
 
 /// Separates triangles that no solid connects: cells they touch and inside cells on their side of the cut.
