@@ -27,6 +27,11 @@ pub fn build(request: ShapeRequest, cache: Option<&Cache>) -> Shape {
     build_shapes(&[request], &ShapeSettings::default(), cache, &|_, _, _| ()).unwrap().remove(0)
 }
 
+/// The same with other settings.
+pub fn build_with(settings: &ShapeSettings, request: ShapeRequest) -> Shape {
+    build_shapes(&[request], settings, None, &|_, _, _| ()).unwrap().remove(0)
+}
+
 /// Distance from a point to the nearest part, m; zero inside.
 pub fn clearance(shape: &Shape, point: Vec3) -> f32 {
     shape

@@ -23,7 +23,10 @@ fn representative_meshes_are_covered_and_do_not_stick_out() {
         let shape = build(request(&objects, name, category), None);
         check(name, &shape);
         let q = &shape.quality;
-        assert!(q.parts <= part_budget(category), "{name}: {} parts", q.parts);
+        // The desk's round edges cost two parts more, and the report says so.
+        let told = shape.notes.iter().any(|note| note.contains("follow its surface"));
+        let most = part_budget(category) + if told { 2 } else { 0 };
+        assert!(q.parts <= most, "{name}: {} parts, {:?}", q.parts, shape.notes);
         // The millimetre that the project asks for, where things rest; the covering of round edges stands out by more.
         assert!(q.uncovered_feet_mm < 0.2 && q.uncovered_top_mm < 0.2 && q.uncovered_p95_mm < 0.1, "{name}: {q:?}");
         assert!(q.outward_p95_mm < 1.6, "{name}: {q:?}");
@@ -67,6 +70,31 @@ fn a_round_mesh_is_covered_and_keeps_its_flat_bottom() {
     assert!((low + PADDING).abs() < 1e-5 && (high - 0.12 - PADDING).abs() < 2e-5, "{low} … {high}");
     let beyond = corners().map(|v| v.length() - 0.12).fold(0.0, f32::max);
     assert!(beyond < 4e-3, "a part stands out by {} mm", 1e3 * beyond);
+}
+
+/// A round table top of 1.2 m: the 32 sides that 64 vertices make stand out by 3 mm, and the category has no second part.
+#[test]
+fn what_few_vertices_cannot_follow_costs_more_parts() {
+    const SIDES: u32 = 192;
+    let folder = tempfile::tempdir().unwrap();
+    let rim = |i: u32| (std::f32::consts::TAU * (i / 2) as f32 / SIDES as f32).sin_cos();
+    let vertices: Vec<[f32; 3]> =
+        (0..2 * SIDES).map(|i| [0.6 * rim(i).1, 0.04 * (i % 2) as f32, 0.6 * rim(i).0]).collect();
+    let at = |i: u32| i % (2 * SIDES);
+    let side = |i: u32| [[at(i), at(i + 1), at(i + 2)], [at(i + 1), at(i + 3), at(i + 2)]];
+    let caps = |i: u32| [[0, at(i), at(i + 2)], [1, at(i + 3), at(i + 1)]];
+    let triangles: Vec<[u32; 3]> = (0..SIDES).flat_map(|i| [side(2 * i), caps(2 * i)].concat()).collect();
+    let file = obj(folder.path(), "top.obj", &vertices, &triangles);
+    let of = |following_parts| {
+        let settings = ShapeSettings { max_parts: 1, following_parts, ..ShapeSettings::default() };
+        build_with(&settings, of_file(file.clone(), "table"))
+    };
+    let (one, many) = (of(1), of(32));
+    check("top", &many);
+    assert!(one.parts.len() == 1 && one.quality.outward_max_mm > 2.0, "{:?}", one.quality);
+    assert!((2..=4).contains(&many.parts.len()) && many.quality.outward_max_mm < 1.55, "{:?}", many.quality);
+    assert!(many.quality.uncovered_max_mm < 0.1, "{:?}", many.quality);
+    assert!(one.notes.is_empty() && many.notes[0].contains("follow its surface"), "{:?} {:?}", one.notes, many.notes);
 }
 
 #[test]

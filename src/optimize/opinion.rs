@@ -28,9 +28,6 @@ use glam::{DQuat, Vec2, Vec3};
 /// Copies that a round looks at.
 const COPIES: u32 = 32;
 
-/// How many times a round mixes what they have found.
-const MIXTURES: u32 = 2;
-
 /// The cheapest so many of a round are let go in further runs.
 const FINALISTS: usize = 4;
 
@@ -161,10 +158,12 @@ impl<'a> Opinions<'a> {
             }
             let copies = self.copies(&best, round)?;
             let mut trials = self.judge(self.settled(0, &copies)?)?;
-            for _ in 0..MIXTURES {
-                let mixed = [mixed(&best, &trials)];
-                trials.extend(self.judge(self.settled(0, &mixed)?)?);
-            }
+            // What stands here and there in different trials may stand together; what does not may still stand one at a time.
+            let one_by_one = best.failing.chunks(1).map(|object| mixed(&best, &trials, object));
+            let mixtures: Vec<Layout> = one_by_one.chain([mixed(&best, &trials, &best.failing)]).collect();
+            trials.extend(self.judge(self.settled(0, &mixtures)?)?);
+            let again = [mixed(&best, &trials, &best.failing)];
+            trials.extend(self.judge(self.settled(0, &again)?)?);
             trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             trials.truncate(FINALISTS);
             trials.insert(0, best);
@@ -345,11 +344,10 @@ impl<'a> Opinions<'a> {
     }
 }
 
-/// Every object that fails as it is in the trial in which it costs least: what stands here and there in different trials may
-/// stand together.
-fn mixed(best: &Trial, trials: &[Trial]) -> Layout {
+/// The best layout with each of these objects as it is in the trial in which it costs least.
+fn mixed(best: &Trial, trials: &[Trial], objects: &[usize]) -> Layout {
     let mut layout = best.layout.clone();
-    for &object in &best.failing {
+    for &object in objects {
         let cheapest = trials.iter().chain([best]).min_by(|a, b| a.costs[object].total_cmp(&b.costs[object]));
         layout[object] = cheapest.map_or(layout[object], |trial| trial.layout[object]);
     }
@@ -373,7 +371,8 @@ mod tests {
             layout: vec![scene::Pose { translation: DVec3::X * x, ..scene::Pose::IDENTITY }; 3],
         };
         let best = trial(0.0, [5.0, 2.0, 3.0], &[0, 1]);
-        let mixed = mixed(&best, &[trial(1.0, [4.0, 3.0, 0.0], &[]), trial(2.0, [1.0, 9.0, 0.0], &[0, 1])]);
+        let trials = [trial(1.0, [4.0, 3.0, 0.0], &[]), trial(2.0, [1.0, 9.0, 0.0], &[0, 1])];
+        let mixed = mixed(&best, &trials, &best.failing);
         let from: Vec<f64> = mixed.iter().map(|pose| pose.translation.x).collect();
         assert_eq!(from, [2.0, 0.0, 0.0], "nothing better for the second, and the third does not fail");
     }

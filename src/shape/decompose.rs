@@ -34,9 +34,15 @@ pub(super) fn decompose(
     settings: &ShapeSettings,
     notes: &mut Vec<String>,
 ) -> Vec<Hull> {
-    let fit = |pieces: Vec<Piece>| -> Vec<Hull> {
+    let mut fit = |pieces: Vec<Piece>| -> Vec<Hull> {
+        let open = pieces.len();
         let pieces = if bears { follow_tops(pieces, solid, levels.up, settings.following_parts) } else { pieces };
-        fit(pieces, solid, levels, budget.max(settings.following_parts), settings)
+        let hulls = fit(pieces, solid, levels, budget.max(settings.following_parts), settings);
+        if hulls.len() > budget {
+            let why = if open > budget { "keep compartments open" } else { "follow its surface" };
+            notes.push(format!("{} parts, more than the {budget} of its category, to {why}", hulls.len()));
+        }
+        hulls
     };
     let Some(whole) = Piece::new(triangles.to_vec(), solid) else {
         return Vec::new();
@@ -76,12 +82,7 @@ pub(super) fn decompose(
         return Vec::new();
     };
     let pieces = without_hidden(pieces);
-    let open = pieces.len();
     let hulls = fit(pieces);
-    if hulls.len() > budget {
-        let why = if open > budget { "keep compartments open" } else { "follow its surface" };
-        notes.push(format!("{} parts, more than the {budget} of its category, to {why}", hulls.len()));
-    }
     if closed {
         notes.push(format!("a compartment is closed: {} parts are too few for it", hulls.len()));
     }
