@@ -214,11 +214,14 @@ impl<'a> Opinions<'a> {
                 }
             }
             if !trial.lost.is_empty() || trial.moving.is_empty() || copy % 4 < 2 {
-                for (&object, places) in trial.astray.iter().zip(&places) {
-                    let place = places.get(copy as usize * places.len() / COPIES as usize);
-                    layout[object] = *place.unwrap_or(&layout[object]);
-                }
                 objects.clone_from(&trial.failing);
+                for (&object, places) in trial.astray.iter().zip(&places) {
+                    if let Some(place) = places.get(copy as usize * places.len() / COPIES as usize) {
+                        layout[object] = *place;
+                        // It was set down there in a pose of rest: any tilt, and a pear rolls off again.
+                        objects.retain(|&other| other != object);
+                    }
+                }
             }
             self.perturb(&mut layout, &objects, round, copy);
             layout
