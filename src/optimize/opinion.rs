@@ -32,7 +32,7 @@ const COPIES: u32 = 32;
 const FINALISTS: usize = 4;
 
 /// Most rounds, and how many in a row that find nothing better are the last.
-const ROUNDS: u32 = 8;
+const ROUNDS: u32 = 6;
 const PATIENCE: u32 = 2;
 
 /// How steep the slopes are, rad (1.1°): other engines push what touches apart by tenths of a millimetre, and what stands on
