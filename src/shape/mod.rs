@@ -128,7 +128,7 @@ pub struct ShapeSettings {
     pub max_vertices: usize,
     /// Most parts; the category may say less.
     pub max_parts: usize,
-    /// Parts beyond the category's budget that may be used to keep a compartment open (0: the paper's hard budget).
+    /// Parts beyond the category's budget that may be used to keep a compartment open (the paper has none).
     pub extra_parts: usize,
     /// Parts that an object may have so that they follow its surface, above all where others rest on it.
     pub following_parts: usize,
