@@ -15,7 +15,7 @@ struct Facing {
     margin: f32,
 }
 
-// What a face bears and where that ends: as `cpu::narrow_phase::Outline`, one for each face of the tables.
+// What a face bears and where that ends: as `world::Outline`, one for each face of the tables.
 struct Outline {
     // In the table of lines: first the outline's (outward direction and limit), then the planes of the bearing faces.
     first: u32,

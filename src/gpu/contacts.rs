@@ -7,14 +7,12 @@ use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
 use super::layout::{
-    Batch, Body, Bounds, Contact, Facing, HullPair, Manifold, ManifoldPoint, Merged, Outline, Patch, Pose, Separation,
+    Batch, Body, Bounds, Contact, Facing, HullPair, Manifold, ManifoldPoint, Merged, Patch, Pose, Separation,
     Velocity,
 };
 use super::tables::Tables;
-use crate::cpu::narrow_phase;
 use crate::world::constants::MAX_MANIFOLD_POINTS;
-use crate::world::{HullTables, World};
-use glam::Vec4;
+use crate::world::World;
 
 /// What is known before: the state of the bodies and what the search for axes found.
 #[allow(missing_docs)]
@@ -44,9 +42,6 @@ pub struct Contacts {
     pub patch_counts: [Buffer<u32>; 2],
     /// Points that there would be with enough room, `[candidates]`.
     pub point_counts: Buffer<u32>,
-    /// Per face of the hull tables, and what they refer to.
-    pub outlines: Buffer<Outline>,
-    pub lines: Buffer<Vec4>,
     /// The body of each hull.
     pub hull_bodies: Buffer<u32>,
     /// `[candidates][capacity of hull pairs]`
@@ -80,7 +75,6 @@ impl Contacts {
         let copies = candidates as usize;
         let slots = copies * (pairs + hulls);
         let entries = copies * (world.pairs.len() + world.bodies.len());
-        let (outlines, lines) = outlines(&world.hulls);
         let mut hull_bodies = vec![0; hulls];
         (0..world.bodies.len()).for_each(|body| hull_bodies[world.hulls_of(body)].fill(body as u32));
         let mut made = Self {
@@ -88,8 +82,6 @@ impl Contacts {
             points: both(|| Buffer::new(gpu, "contacts", copies * contacts))?,
             patch_counts: both(|| Buffer::new(gpu, "patch_counts", copies))?,
             point_counts: Buffer::new(gpu, "point_counts", copies)?,
-            outlines: Buffer::from_slice(gpu, "outlines", &outlines)?,
-            lines: Buffer::from_slice(gpu, "lines", &lines)?,
             hull_bodies: Buffer::from_slice(gpu, "hull_bodies", &hull_bodies)?,
             facings: Buffer::new(gpu, "facings", copies * pairs)?,
             manifolds: Buffer::new(gpu, "manifolds", slots)?,
@@ -128,8 +120,8 @@ impl Contacts {
             vertices: tables.vertices.read(),
             faces: tables.faces.read(),
             face_vertices: tables.face_vertices.read(),
-            outlines: self.outlines.read(),
-            lines: self.lines.read(),
+            outlines: tables.outlines.read(),
+            lines: tables.lines.read(),
             poses: inputs.poses.read(),
             facings: self.facings.read(),
             manifolds: self.manifolds.write(),
@@ -245,21 +237,4 @@ impl Contacts {
 
 fn both<T>(make: impl Fn() -> Result<T, GpuError>) -> Result<[T; 2], GpuError> {
     Ok([make()?, make()?])
-}
-
-/// Lines around every face, and planes of the faces that bear with it.
-pub fn outlines(tables: &HullTables) -> (Vec<Outline>, Vec<Vec4>) {
-    let (mut outlines, mut lines) = (Vec::new(), Vec::new());
-    for hull in &tables.hulls {
-        let faces = tables.faces_of(hull);
-        for (number, face) in faces.iter().enumerate() {
-            let first = lines.len() as u32;
-            lines.extend_from_slice(narrow_phase::Outline::new(tables, hull, number as u32).lines());
-            let planes = lines.len() as u32;
-            let bearing = faces.iter().filter(|other| narrow_phase::bears(other, face.normal()));
-            lines.extend(bearing.map(|other| other.plane));
-            outlines.push(Outline { first, lines: planes - first, bearing: lines.len() as u32 - planes });
-        }
-    }
-    (outlines, lines)
 }

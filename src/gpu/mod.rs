@@ -29,7 +29,7 @@ mod timer;
 pub use backend::GpuBackend;
 pub use buffer::{Buffer, Download, Read, Uniform, Write};
 pub use collide::{Collide, Motion};
-pub use contacts::{Contacts, Inputs, outlines};
+pub use contacts::{Contacts, Inputs};
 pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, Options, adapters};
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};

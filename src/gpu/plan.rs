@@ -2,7 +2,6 @@
 //!
 //! The lists below name every buffer that grows with the candidates; a test compares their sum with what is made.
 
-use super::contacts::outlines;
 use super::kernels::SHADERS;
 use super::layout::{
     Ball, Bounds, Contact, Cursor, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged, Moving,
@@ -95,7 +94,6 @@ fn population(world: &World, cem: &CemSettings) -> u64 {
 /// What `Simulation` makes once, however many candidates there are.
 fn tables(world: &World) -> u64 {
     let hulls = &world.hulls;
-    let (outlines, lines) = outlines(hulls);
     bytes::<Hull>(hulls.hulls.len())
         + bytes::<Vec4>(hulls.vertices.len())
         + bytes::<Face>(hulls.faces.len())
@@ -104,8 +102,8 @@ fn tables(world: &World) -> u64 {
         + bytes::<[u32; 2]>(world.pairs.len())
         + bytes::<Ball>(hulls.hulls.len())
         + bytes::<u32>(hulls.hulls.len())
-        + bytes::<Outline>(outlines.len())
-        + bytes::<Vec4>(lines.len())
+        + bytes::<Outline>(hulls.outlines.len())
+        + bytes::<Vec4>(hulls.lines.len())
         + bytes::<Body>(world.bodies.len())
         + 2 * bytes::<Sim>(1)
         + 2 * bytes::<Preference>(1)

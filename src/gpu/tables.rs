@@ -2,7 +2,7 @@
 
 use super::buffer::Buffer;
 use super::device::{Gpu, GpuError};
-use super::layout::{Edge, Face, Hull, Sim};
+use super::layout::{Edge, Face, Hull, Outline, Sim};
 use crate::world::{SimSettings, World};
 use glam::Vec4;
 
@@ -17,6 +17,9 @@ pub struct Tables {
     pub faces: Buffer<Face>,
     pub face_vertices: Buffer<u32>,
     pub edges: Buffer<Edge>,
+    /// One a face, and what they refer to.
+    pub outlines: Buffer<Outline>,
+    pub lines: Buffer<Vec4>,
     /// Bodies of each pair.
     pub pairs: Buffer<[u32; 2]>,
 }
@@ -37,6 +40,8 @@ impl Tables {
             faces: Buffer::from_slice(gpu, "faces", &hulls.faces)?,
             face_vertices: Buffer::from_slice(gpu, "face_vertices", &hulls.face_vertices)?,
             edges: Buffer::from_slice(gpu, "edges", &hulls.edges)?,
+            outlines: Buffer::from_slice(gpu, "outlines", &hulls.outlines)?,
+            lines: Buffer::from_slice(gpu, "lines", &hulls.lines)?,
             pairs: Buffer::from_slice(gpu, "pairs", &world.pairs)?,
         })
     }

@@ -1,6 +1,7 @@
 //! Flat tables of convex hulls: vertices, face polygons, edges.
 
 use super::constants::{COPLANAR_COSINE, COPLANAR_DISTANCE, COPLANAR_SHARE, MAX_FACE_VERTICES};
+use super::outline::Outline;
 use crate::shape::convex_hull;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
@@ -76,6 +77,10 @@ pub struct HullTables {
     pub face_vertices: Vec<u32>,
     /// Edges.
     pub edges: Vec<Edge>,
+    /// For every face, what it bears and where that ends.
+    pub outlines: Vec<Outline>,
+    /// What the outlines refer to.
+    pub lines: Vec<Vec4>,
 }
 
 impl HullTables {
@@ -95,7 +100,7 @@ impl HullTables {
         if faces.len() < 4 {
             (faces, edges) = polygons(&vertices, &triangles, radius * f32::EPSILON);
         }
-        self.hulls.push(Hull {
+        let hull = Hull {
             first_vertex: self.vertices.len() as u32,
             vertex_count: vertices.len() as u32,
             first_face: self.faces.len() as u32,
@@ -108,7 +113,8 @@ impl HullTables {
             pad1: 0.0,
             half_extents: 0.5 * (high - low),
             pad2: 0.0,
-        });
+        };
+        self.hulls.push(hull);
         self.vertices.extend(vertices.iter().map(|v| v.extend(0.0)));
         for (plane, corners) in faces {
             self.faces.push(Face {
@@ -120,6 +126,11 @@ impl HullTables {
             self.face_vertices.extend(corners);
         }
         self.edges.extend(edges);
+        let mut lines = std::mem::take(&mut self.lines);
+        let outline = |face| Outline::push(self, &hull, face, &mut lines);
+        let outlines: Vec<Outline> = (0..hull.face_count as usize).map(outline).collect();
+        self.lines = lines;
+        self.outlines.extend(outlines);
     }
 
     /// Vertices of a hull.
@@ -135,6 +146,12 @@ impl HullTables {
     /// Edges of a hull.
     pub fn edges_of(&self, hull: &Hull) -> &[Edge] {
         &self.edges[hull.first_edge as usize..][..hull.edge_count as usize]
+    }
+
+    /// Lines around face `face` (number within the hull) and its nearly flat neighbours, and their planes.
+    pub fn outline_of(&self, hull: &Hull, face: u32) -> (&[Vec4], &[Vec4]) {
+        let Outline { first, lines, bearing } = self.outlines[(hull.first_face + face) as usize];
+        self.lines[first as usize..][..(lines + bearing) as usize].split_at(lines as usize)
     }
 
     /// Corners of a face, vertex numbers within its hull.

@@ -7,6 +7,7 @@ mod backend;
 mod body;
 pub mod constants;
 mod hulls;
+mod outline;
 mod pose;
 mod rollouts;
 mod settings;
@@ -18,6 +19,7 @@ pub use backend::{
 };
 pub use body::{Body, BodyDef, Capacities, STATIC, Unit, World};
 pub use hulls::{Edge, Face, Hull, HullTables};
+pub use outline::Outline;
 pub use pose::{Pose, Velocity, angle_between, compose, from_scaled_axis, sin_cos_turns, unit_rotation};
 pub use rollouts::{KernelTime, Rollouts};
 pub use settings::{CemSettings, EnergyWeights, NarrowPhase, PenetrationMode, SimSettings};

@@ -5,7 +5,6 @@
 //! contact is one point. Hulls that overlap always get at least one point; hulls apart get none that is not truly
 //! within the margin.
 
-use super::outline::{Outline, bears};
 use super::{Feature, HullPair, MAX_MANIFOLD_POINTS, Manifold, ManifoldPoint, Separation, reduce};
 use crate::world::Face;
 use crate::world::constants::{
@@ -132,27 +131,24 @@ impl Polygon {
 
     /// What of `self` lies on the inner side of a line (Sutherland–Hodgman), into `kept`. False if all of it does, and
     /// `kept` is not written.
-    fn cut(&self, outward: Vec3, limit: f32, kept: &mut Self) -> bool {
-        let mut beyond = [0.0; MAX_CLIPPED];
-        let mut farthest = f32::NEG_INFINITY;
-        for (b, p) in beyond.iter_mut().zip(self.corners()) {
-            *b = outward.dot(*p) - limit;
-            farthest = farthest.max(*b);
-        }
-        if farthest <= CLIP_TOLERANCE {
+    fn cut(&self, line: Vec4, kept: &mut Self) -> bool {
+        let beyond = |p: Vec3| line.truncate().dot(p) - line.w;
+        if self.corners().iter().all(|&p| beyond(p) <= CLIP_TOLERANCE) {
             return false;
         }
         kept.count = 0;
-        let mut last = self.count - 1;
-        for next in 0..self.count {
-            if (beyond[last] > CLIP_TOLERANCE) != (beyond[next] > CLIP_TOLERANCE) {
-                let share = (beyond[last] / (beyond[last] - beyond[next])).clamp(0.0, 1.0);
-                kept.push(self.corners[last] + share * (self.corners[next] - self.corners[last]));
+        let mut last = self.corners[self.count - 1];
+        let mut last_beyond = beyond(last);
+        for &next in self.corners() {
+            let next_beyond = beyond(next);
+            if (last_beyond > CLIP_TOLERANCE) != (next_beyond > CLIP_TOLERANCE) {
+                let share = (last_beyond / (last_beyond - next_beyond)).clamp(0.0, 1.0);
+                kept.push(last + share * (next - last));
             }
-            if beyond[next] <= CLIP_TOLERANCE {
-                kept.push(self.corners[next]);
+            if next_beyond <= CLIP_TOLERANCE {
+                kept.push(next);
             }
-            last = next;
+            (last, last_beyond) = (next, next_beyond);
         }
         true
     }
@@ -168,34 +164,35 @@ struct Clip<'a> {
     offset: f32,
     rotation: Mat3,
     shift: Vec3,
-    faces: &'a [Face],
-    outline: Outline,
+    /// The outline, and the planes of what bears with the face.
+    lines: &'a [Vec4],
+    bearing: &'a [Vec4],
 }
 
 impl<'a> Clip<'a> {
     fn new(pair: &'a HullPair<'a>, reference: usize, face: u32) -> Self {
         let hull = pair.hull(reference);
-        let faces = pair.tables.faces_of(hull);
-        let plane = faces[face as usize].plane;
+        let (lines, bearing) = pair.tables.outline_of(hull, face);
+        let face = &pair.tables.faces_of(hull)[face as usize];
+        let plane = face.plane;
         let (rotation, shift) = pair.other_to(reference);
         Self {
             pair,
             reference,
             vertices: pair.tables.vertices_of(hull),
-            corners: pair.tables.corners_of(&faces[face as usize]),
-            faces,
+            corners: pair.tables.corners_of(face),
             normal: plane.truncate(),
             offset: plane.w,
             rotation,
             shift,
-            outline: Outline::new(pair.tables, hull, face),
+            lines,
+            bearing,
         }
     }
 
     /// Separation of a point in the reference hull's frame from its bearing faces, m.
     fn separation(&self, p: Vec3) -> f32 {
-        let bearing = self.faces.iter().filter(|face| bears(face, self.normal));
-        bearing.map(|face| face.normal().dot(p) - face.plane.w).fold(self.normal.dot(p) - self.offset, f32::max)
+        self.bearing.iter().map(|plane| plane.truncate().dot(p) - plane.w).fold(f32::NEG_INFINITY, f32::max)
     }
 
     /// A face of the other hull, in the reference hull's frame, into `polygon`. False if it is nowhere within `margin`.
@@ -214,11 +211,11 @@ impl<'a> Clip<'a> {
     /// What of `polygon` lies over the bearing faces, in one of the two buffers.
     fn clipped<'p>(&self, polygon: &'p mut Polygon, other: &'p mut Polygon) -> &'p Polygon {
         let (mut from, mut to) = (polygon, other);
-        for line in self.outline.lines() {
+        for &line in self.lines {
             if from.count == 0 {
                 break;
             }
-            if from.cut(line.truncate(), line.w, to) {
+            if from.cut(line, to) {
                 std::mem::swap(&mut from, &mut to);
             }
         }
@@ -266,10 +263,9 @@ impl<'a> Clip<'a> {
     /// Keeps `MAX_MANIFOLD_POINTS` of the points (w: separation).
     fn thin(&self, points: &mut [Vec4; MAX_COLLECTED], count: usize) -> usize {
         let kept = reduce(count, |i| (points[i].truncate(), points[i].w), self.normal);
-        let all = *points;
-        for (to, &from) in points.iter_mut().zip(kept.indices()) {
-            *to = all[from as usize];
-        }
+        let mut chosen = [Vec4::ZERO; MAX_MANIFOLD_POINTS];
+        chosen.iter_mut().zip(kept.indices()).for_each(|(to, &from)| *to = points[from as usize]);
+        points[..MAX_MANIFOLD_POINTS].copy_from_slice(&chosen);
         kept.indices().len()
     }
 

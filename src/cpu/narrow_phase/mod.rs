@@ -6,7 +6,6 @@
 //! other and is shared. All normals point from A to B; a separation is negative where the hulls overlap.
 
 mod manifold;
-mod outline;
 mod passing;
 mod plane;
 mod reduce;
@@ -15,7 +14,6 @@ mod twin;
 mod twin_tables;
 
 pub use manifold::manifold;
-pub use outline::{Outline, bears};
 pub use passing::passes;
 pub use plane::plane_hull;
 pub use reduce::{Selection, reduce, tangents};

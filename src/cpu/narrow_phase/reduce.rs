@@ -2,19 +2,13 @@
 
 use super::MAX_MANIFOLD_POINTS;
 use crate::world::constants::{BEARING_HEIGHT, LANDING_PENALTY, RESTING_PENALTY, SAME_POINT};
-use glam::{Vec2, Vec3};
+use glam::{Vec3, Vec4};
 
-/// Directions in which the farthest point is kept: unit vectors at equal angles, turned so that neither boxes nor regular
-/// polygons are aligned with them.
-const DIRECTIONS: [Vec2; MAX_MANIFOLD_POINTS] = [
-    Vec2::new(0.955_336, 0.295_520),
-    Vec2::new(0.466_559, 0.884_490),
-    Vec2::new(-0.295_520, 0.955_336),
-    Vec2::new(-0.884_490, 0.466_559),
-    Vec2::new(-0.955_336, -0.295_520),
-    Vec2::new(-0.466_559, -0.884_490),
-    Vec2::new(0.295_520, -0.955_336),
-    Vec2::new(0.884_490, -0.466_559),
+/// Directions in which the farthest point is kept, four at a time (x, y): unit vectors at equal angles, turned so that
+/// neither boxes nor regular polygons are aligned with them.
+const DIRECTIONS: [[Vec4; 2]; MAX_MANIFOLD_POINTS / 4] = [
+    [Vec4::new(0.955_336, 0.466_559, -0.295_520, -0.884_490), Vec4::new(0.295_520, 0.884_490, 0.955_336, 0.466_559)],
+    [Vec4::new(-0.955_336, -0.466_559, 0.295_520, 0.884_490), Vec4::new(-0.295_520, -0.884_490, -0.955_336, -0.466_559)],
 ];
 
 /// Chosen points, as indices into what was offered.
@@ -45,28 +39,31 @@ pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) 
     }
     let [u, v] = tangents(normal);
     let deepest = (0..count).map(|i| point(i).1).fold(f32::INFINITY, f32::min);
-    let mut reach = [[f32::NEG_INFINITY; MAX_MANIFOLD_POINTS]; 2];
-    let mut farthest = [[0u16; MAX_MANIFOLD_POINTS]; 2];
+    // For each round, how far the farthest points reach, and their numbers.
+    let mut farthest = [[[Vec4::NEG_INFINITY, Vec4::ZERO]; DIRECTIONS.len()]; 2];
     for i in 0..count {
         let (p, separation) = point(i);
-        let flat = Vec2::new(u.dot(p), v.dot(p));
+        let (x, y) = (u.dot(p), v.dot(p));
         let height = separation - deepest;
         let penalties = [RESTING_PENALTY * (height - BEARING_HEIGHT).max(0.0), LANDING_PENALTY * height];
-        for (round, penalty) in penalties.into_iter().enumerate() {
-            for k in 0..MAX_MANIFOLD_POINTS {
-                let distance = DIRECTIONS[k].dot(flat) - penalty;
-                if distance > reach[round][k] + SAME_POINT {
-                    (reach[round][k], farthest[round][k]) = (distance, i as u16);
-                }
+        for (penalty, round) in penalties.into_iter().zip(&mut farthest) {
+            for ([across, along], [reach, number]) in DIRECTIONS.into_iter().zip(round) {
+                let distance = across * x + along * y - penalty;
+                let farther = distance.cmpgt(*reach + SAME_POINT);
+                *reach = Vec4::select(farther, distance, *reach);
+                *number = Vec4::select(farther, Vec4::splat(i as f32), *number);
             }
         }
     }
-    for index in farthest.into_iter().flatten() {
+    let numbers = farthest.into_iter().flatten().flat_map(|[_, number]| number.to_array());
+    for index in numbers.map(|number| number as u16) {
         if chosen.count == MAX_MANIFOLD_POINTS {
             break;
         }
         let p = point(index as usize).0;
-        let near = |kept: &u16| point(*kept as usize).0.distance_squared(p) < SAME_POINT * SAME_POINT;
+        let near = |&kept: &u16| {
+            kept == index || point(kept as usize).0.distance_squared(p) < SAME_POINT * SAME_POINT
+        };
         if !chosen.indices().iter().any(near) {
             chosen.indices[chosen.count] = index;
             chosen.count += 1;

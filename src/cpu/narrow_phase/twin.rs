@@ -10,12 +10,11 @@ use super::twin_tables::{EdgeLanes, Lanes, Planes, TwinHull, TwinTables};
 use super::{Feature, HullPair, PairCache, Separation};
 use crate::world::constants::{
     AXIS_BIAS, AXIS_BIAS_RELATIVE, CLIP_TOLERANCE, COHERENT_DEPTH, LINEAR_SLOP, MAX_HULL_EDGES, MAX_HULL_FACES,
-    MAX_HULL_VERTICES, PARALLEL_SINE,
+    PARALLEL_SINE,
 };
 use crate::world::{Edge, HullTables};
 use glam::{Mat3, Vec3, Vec4};
 
-const VERTEX_GROUPS: usize = MAX_HULL_VERTICES.div_ceil(4);
 const PLANE_GROUPS: usize = MAX_HULL_FACES.div_ceil(4);
 
 /// The search, with its tables of all hulls of a world.
@@ -198,28 +197,20 @@ impl<'a> Frame<'a> {
         let floor = cached.map_or(f32::NEG_INFINITY, |c| c.worth - 2.0 * preference(c.worth) - LINEAR_SLOP);
         let threshold = |best: Option<Axis>| best.map_or(floor, |best| best.worth + preference(best.worth));
 
-        let planes_a = self.tables.planes_of(self.a);
         let vertices_a = self.tables.vertices_of(self.a);
-        let mut planes_b = [Planes::default(); PLANE_GROUPS];
-        let mut vertices_b = [Lanes::default(); VERTEX_GROUPS];
-        let planes_b = &mut planes_b[..self.b.plane_groups as usize];
-        let vertices_b = &mut vertices_b[..self.b.vertex_groups as usize];
-        for (to, from) in planes_b.iter_mut().zip(self.tables.planes_of(self.b)) {
-            let normal = from.normal.rotated(&self.rotation);
-            *to = Planes { normal, offset: from.offset + normal.dot(self.shift) };
-        }
-        for (to, from) in vertices_b.iter_mut().zip(self.tables.vertices_of(self.b)) {
-            *to = from.rotated(&self.rotation).shifted(self.shift);
-        }
         let mut heights = [[Vec4::ZERO; PLANE_GROUPS]; 2];
-        let sides = [
-            (planes_a, self.rotation * self.b.center + self.shift, self.b.inner_radius),
-            (&*planes_b, self.a.center, self.a.inner_radius),
+        let balls = [
+            (self.rotation * self.b.center + self.shift, self.b.inner_radius),
+            (self.a.center, self.a.inner_radius),
         ];
         let mut best = None;
         let first = self.pair.larger();
         for side in [first, 1 - first] {
-            let (planes, center, inner) = sides[side];
+            let hull = [self.a, self.b][side];
+            let planes = |group: usize| {
+                let planes = &self.tables.planes_of(hull)[group];
+                if side == 0 { *planes } else { planes.moved(&self.rotation, self.shift) }
+            };
             // Each hull's vertices stay in its own frame: as few are read as by the shader, in the same order.
             let height = |normal: Vec3| match side {
                 0 => {
@@ -231,8 +222,8 @@ impl<'a> Frame<'a> {
                 0 => self.axis(distance, normal, Feature::FaceA(face)),
                 _ => self.axis(distance, -normal, Feature::FaceB(face)),
             };
-            let ball = (center, inner);
-            let found = best_face(planes, height, axis, ball, threshold(best), stop, &mut heights[side]);
+            let heights = &mut heights[side][..hull.plane_groups as usize];
+            let found = best_face(planes, height, axis, balls[side], threshold(best), stop, heights);
             if let Some(axis) = found {
                 if axis.distance > stop {
                     return Err(Apart(axis.feature));
@@ -240,7 +231,7 @@ impl<'a> Frame<'a> {
                 best = found;
             }
         }
-        if let Some(edges) = self.best_edges(planes_b, vertices_b, &heights, threshold(best), stop) {
+        if let Some(edges) = self.best_edges(&heights, threshold(best), stop) {
             return if edges.distance > stop { Err(Apart(edges.feature)) } else { Ok(edges) };
         }
         // Neither: only where a pose is not a number.
@@ -251,8 +242,6 @@ impl<'a> Frame<'a> {
     /// `stop`.
     fn best_edges(
         &self,
-        planes_b: &[Planes],
-        vertices_b: &[Lanes],
         heights: &[[Vec4; PLANE_GROUPS]; 2],
         threshold: f32,
         stop: f32,
@@ -265,8 +254,10 @@ impl<'a> Frame<'a> {
         if list_a.is_empty() || list_b.is_empty() {
             return None;
         }
-        let normal_b = |face: u32| planes_b[face as usize / 4].normal.lane(face as usize % 4);
-        let vertex_b = |vertex: u32| vertices_b[vertex as usize / 4].lane(vertex as usize % 4);
+        let (faces_b, vertices_b) =
+            (self.pair.tables.faces_of(self.pair.hull(1)), self.pair.tables.vertices_of(self.pair.hull(1)));
+        let normal_b = |face: u32| self.rotation * faces_b[face as usize].normal();
+        let vertex_b = |vertex: u32| self.rotation * vertices_b[vertex as usize].truncate() + self.shift;
         let lines_a = &self.tables.edges[self.pair.hull(0).first_edge as usize..];
         let line_a = |group: &[u8], k: usize| &lines_a[group[k.min(group.len() - 1)] as usize];
         // On the heap: an array for the most edges would take longer to clear than these few to fill.
@@ -330,19 +321,24 @@ impl<'a> Frame<'a> {
         limit: f32,
         list: &'l mut [u8; MAX_HULL_EDGES],
     ) -> &'l [u8] {
-        let hull = self.pair.hull(side);
-        let cosines = &self.tables.edge_cosines[hull.first_edge as usize..][..hull.edge_count as usize];
-        let limit = limit - [self.a, self.b][side].slack;
+        let hull = [self.a, self.b][side];
+        let edges = self.pair.hull(side).edge_count as usize;
+        let heights: &[f32] = bytemuck::cast_slice(heights);
+        let limit = limit - hull.slack;
         let mut count = 0;
-        for (i, (edge, &cosine)) in self.edges(side).iter().zip(cosines).enumerate() {
-            let [left, right] = edge.faces.map(|f| heights[f as usize / 4][f as usize % 4]);
+        for (group, first) in self.tables.edge_faces_of(hull).iter().zip((0..edges).step_by(4)) {
+            let [left, right] = [group.left, group.right].map(|f| Vec4::from_array(f.map(|f| heights[f as usize])));
             // The height over the arc between the two normals peaks inside the arc, or at one of its ends.
-            let (toward_left, toward_right) = (left - cosine * right, right - cosine * left);
-            let peak = toward_left > 0.0
-                && toward_right > 0.0
-                && left * toward_left + right * toward_right > limit * limit * (1.0 - cosine * cosine);
-            list[count] = i as u8;
-            count += usize::from(left.max(right) > limit || peak);
+            let (toward_left, toward_right) = (left - group.cosine * right, right - group.cosine * left);
+            let square = limit * limit * (1.0 - group.cosine * group.cosine);
+            let peak = toward_left.cmpgt(Vec4::ZERO)
+                & toward_right.cmpgt(Vec4::ZERO)
+                & (left * toward_left + right * toward_right).cmpgt(square);
+            let facing = (left.max(right).cmpgt(Vec4::splat(limit)) | peak).bitmask();
+            for k in (0..4.min(edges - first)).filter(|k| facing >> k & 1 == 1) {
+                list[count] = (first + k) as u8;
+                count += 1;
+            }
         }
         &list[..count]
     }
@@ -359,29 +355,31 @@ fn lowest(vertices: &[Lanes], direction: Vec3) -> f32 {
 /// numbers. `lowest` is how far along a direction the hull begins. The heights of the ball's centre over the planes go to
 /// `heights`.
 fn best_face(
-    planes: &[Planes],
+    planes: impl Fn(usize) -> Planes,
     lowest: impl Fn(Vec3) -> f32,
     axis: impl Fn(u32, Vec3, f32) -> Axis,
     (center, inner): (Vec3, f32),
     floor: f32,
     stop: f32,
-    heights: &mut [Vec4; PLANE_GROUPS],
+    heights: &mut [Vec4],
 ) -> Option<Axis> {
     let mut peak = Vec4::NEG_INFINITY;
-    for (height, plane) in heights.iter_mut().zip(planes) {
-        *height = plane.normal.dot(center) - plane.offset;
+    for (group, height) in heights.iter_mut().enumerate() {
+        let Planes { normal, offset } = planes(group);
+        *height = normal.dot(center) - offset;
         peak = peak.max(*height);
     }
     let peak = Vec4::splat(peak.max_element());
     // The plane farthest from the centre first: it is often the best one and rules out the others.
     let reached =
-        heights[..planes.len()].iter().map(|h| h.cmpge(peak).bitmask()).zip(0..).find(|(lanes, _)| *lanes != 0);
+        heights.iter().map(|h| h.cmpge(peak).bitmask()).zip(0..).find(|(lanes, _)| *lanes != 0);
     let start = reached.map_or(0, |(lanes, group)| 4 * group + lanes.trailing_zeros() as usize);
     let (mut least, mut best) = (floor, None);
     // True if the plane at this place ends the search.
     let mut ends = |group: usize, k: usize, least: &mut f32| {
-        let normal = planes[group].normal.lane(k);
-        let found = axis((4 * group + k) as u32, normal, lowest(normal) - planes[group].offset[k]);
+        let Planes { normal, offset } = planes(group);
+        let normal = normal.lane(k);
+        let found = axis((4 * group + k) as u32, normal, lowest(normal) - offset[k]);
         let better = found.worth > *least;
         if better {
             (*least, best) = (found.worth, Some(found));
@@ -391,7 +389,7 @@ fn best_face(
     if heights[start / 4][start % 4] - inner > least && ends(start / 4, start % 4, &mut least) {
         return best;
     }
-    for (group, height) in heights[..planes.len()].iter().enumerate() {
+    for (group, height) in heights.iter().enumerate() {
         let height = *height - Vec4::splat(inner);
         if !height.cmpgt(Vec4::splat(least)).any() {
             continue;

@@ -41,12 +41,6 @@ impl Lanes {
         }
     }
 
-    /// The vectors shifted by `v`.
-    #[inline(always)]
-    pub fn shifted(&self, v: Vec3) -> Self {
-        Self { x: self.x + v.x, y: self.y + v.y, z: self.z + v.z }
-    }
-
     /// The four dot products, lane by lane.
     #[inline(always)]
     pub fn dot_lanes(&self, other: &Self) -> Vec4 {
@@ -83,6 +77,15 @@ impl Lanes {
 pub struct Planes {
     pub normal: Lanes,
     pub offset: Vec4,
+}
+
+impl Planes {
+    /// The planes turned by `rotation`, then shifted by `shift`.
+    #[inline(always)]
+    pub fn moved(&self, rotation: &Mat3, shift: Vec3) -> Self {
+        let normal = self.normal.rotated(rotation);
+        Self { normal, offset: self.offset + normal.dot(shift) }
+    }
 }
 
 /// Four edges: a point of each, its unit direction, and the normals of its faces.
@@ -122,6 +125,14 @@ pub struct TwinEdge {
     pub right: Vec4,
 }
 
+/// Four edges: the numbers of their faces, and the cosines between these.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeFaces {
+    pub left: [u8; 4],
+    pub right: [u8; 4],
+    pub cosine: Vec4,
+}
+
 /// Where a hull's groups of four lie, and a ball inside it.
 #[derive(Clone, Copy, Debug)]
 pub struct TwinHull {
@@ -129,6 +140,8 @@ pub struct TwinHull {
     pub vertex_groups: u32,
     pub first_planes: u32,
     pub plane_groups: u32,
+    pub first_edges: u32,
+    pub edge_groups: u32,
     /// Centre of the ball, body frame, m.
     pub center: Vec3,
     /// Radius of the ball, m.
@@ -148,15 +161,15 @@ pub struct TwinTables {
     pub planes: Vec<Planes>,
     /// The edges, numbered as `HullTables::edges`.
     pub edges: Vec<TwinEdge>,
-    /// Cosine between the two faces of each edge, as in `HullTables::edges`.
-    pub edge_cosines: Vec<f32>,
+    /// The last group of a hull is filled with its last edge.
+    pub edge_faces: Vec<EdgeFaces>,
 }
 
 impl TwinTables {
     pub fn new(tables: &HullTables) -> Self {
         let mut out = Self::default();
         for hull in &tables.hulls {
-            let (vertices, faces) = (tables.vertices_of(hull), tables.faces_of(hull));
+            let (vertices, faces, edges) = (tables.vertices_of(hull), tables.faces_of(hull), tables.edges_of(hull));
             // The mean of the face centres lies well inside even where vertices crowd on one side.
             let center = faces
                 .iter()
@@ -172,8 +185,7 @@ impl TwinTables {
                 let face = &faces[f as usize];
                 face.plane.w - face.normal().dot(vertices[v as usize].truncate())
             };
-            let slack = tables
-                .edges_of(hull)
+            let slack = edges
                 .iter()
                 .flat_map(|e| e.faces.map(|f| over(f, e.vertices[0]).max(over(f, e.vertices[1]))))
                 .fold(0.0, f32::max)
@@ -183,6 +195,8 @@ impl TwinTables {
                 vertex_groups: vertices.len().div_ceil(4) as u32,
                 first_planes: out.planes.len() as u32,
                 plane_groups: faces.len().div_ceil(4) as u32,
+                first_edges: out.edge_faces.len() as u32,
+                edge_groups: edges.len().div_ceil(4) as u32,
                 center,
                 inner_radius,
                 slack,
@@ -197,17 +211,20 @@ impl TwinTables {
                     offset: Vec4::new(face(0).plane.w, face(1).plane.w, face(2).plane.w, face(3).plane.w),
                 });
             }
-            out.edges.extend(tables.edges_of(hull).iter().map(|e| {
+            out.edges.extend(edges.iter().map(|e| {
                 let [start, end] = e.vertices.map(|v| vertices[v as usize].truncate());
                 let [left, right] = e.faces.map(|f| faces[f as usize].normal().extend(0.0));
                 TwinEdge { start: start.extend(0.0), along: (end - start).normalize_or_zero().extend(0.0), left, right }
             }));
-            out.edge_cosines.extend(
-                tables
-                    .edges_of(hull)
-                    .iter()
-                    .map(|e| faces[e.faces[0] as usize].normal().dot(faces[e.faces[1] as usize].normal())),
-            );
+            for first in (0..edges.len()).step_by(4) {
+                let group = [0, 1, 2, 3].map(|k| edges[(first + k).min(edges.len() - 1)].faces);
+                let normal = |face: u32| faces[face as usize].normal();
+                out.edge_faces.push(EdgeFaces {
+                    left: group.map(|[left, _]| left as u8),
+                    right: group.map(|[_, right]| right as u8),
+                    cosine: Vec4::from_array(group.map(|[left, right]| normal(left).dot(normal(right)))),
+                });
+            }
         }
         out
     }
@@ -218,5 +235,9 @@ impl TwinTables {
 
     pub fn planes_of(&self, hull: &TwinHull) -> &[Planes] {
         &self.planes[hull.first_planes as usize..][..hull.plane_groups as usize]
+    }
+
+    pub fn edge_faces_of(&self, hull: &TwinHull) -> &[EdgeFaces] {
+        &self.edge_faces[hull.first_edges as usize..][..hull.edge_groups as usize]
     }
 }

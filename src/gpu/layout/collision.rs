@@ -154,15 +154,3 @@ pub struct Facing {
     /// Distance within which contacts are made, m.
     pub margin: f32,
 }
-
-/// Where a face's lines are in the table of lines.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct Outline {
-    /// First of the outline's lines; the planes of the faces that bear with it follow.
-    pub first: u32,
-    /// Number of lines.
-    pub lines: u32,
-    /// Number of planes.
-    pub bearing: u32,
-}

@@ -10,7 +10,7 @@ use crate::world::{
 };
 use bytemuck::{Pod, Zeroable};
 
-pub use crate::world::{Body, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
+pub use crate::world::{Body, Edge, Energy, Face, Hull, Outline, Pose, Unit, Velocity, Winner};
 pub use collision::*;
 pub use solver::*;
 
