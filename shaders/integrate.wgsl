@@ -1,6 +1,6 @@
 // Kernel `integrate`: writes a substep's motion into poses and velocities, and its impulses into the contacts, one
 // invocation a candidate.
-// End of `cpu::solve::Solver::substep`; how bodies turn as `cpu::integrate`.
+// End of `cpu::solve::Solver::substep`; as `cpu::solve::integrate`.
 
 #import constants
 #import batch

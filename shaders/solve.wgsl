@@ -184,7 +184,7 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, sweep: u32, soft: bool, ba
         if (!is_restless(at, bodies, sweep)) {
             continue;
         }
-        var largest = 0.0;
+        var disturbed = false;
         var pair = pair_of(at, bodies);
         let shift = moving[pair.b].shift - moving[pair.a].shift;
         let turn_a = moving[pair.a].turn;
@@ -203,12 +203,12 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, sweep: u32, soft: bool, ba
             let total = max(n.impulse - correction - select(0.0, a3, springy) * (n.impulse - n.load), 0.0);
             let change = total - n.impulse;
             push(&pair, row, change);
-            largest = max(largest, abs(change) / n.mass);
+            disturbed |= abs(change) > RELAXED_SPEED * n.mass;
             normals[j].impulse = total;
             normals[j].rigid = select(total, n.rigid, soft);
         }
         store(&pair);
-        if (!soft && largest >= RELAXED_SPEED) {
+        if (!soft && disturbed) {
             disturb(pair.a, sweep);
             disturb(pair.b, sweep);
             changed = true;

@@ -7,7 +7,6 @@ pub mod contacts;
 pub mod elites;
 pub mod energy;
 mod group;
-pub mod integrate;
 pub mod moments;
 pub mod narrow_phase;
 pub mod place;

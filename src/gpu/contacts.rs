@@ -7,12 +7,11 @@ use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
 use super::layout::{
-    Batch, Body, Bounds, Contact, Facing, HullPair, Manifold, ManifoldPoint, Merged, Patch, Pose, Separation,
-    Velocity,
+    Batch, Body, Bounds, Contact, Facing, HullPair, Manifold, ManifoldPoint, Merged, Patch, Pose, Separation, Velocity,
 };
 use super::tables::Tables;
-use crate::world::constants::MAX_MANIFOLD_POINTS;
 use crate::world::World;
+use crate::world::constants::MAX_MANIFOLD_POINTS;
 
 /// What is known before: the state of the bodies and what the search for axes found.
 #[allow(missing_docs)]

@@ -8,7 +8,10 @@ use glam::{Vec3, Vec4};
 /// neither boxes nor regular polygons are aligned with them.
 const DIRECTIONS: [[Vec4; 2]; MAX_MANIFOLD_POINTS / 4] = [
     [Vec4::new(0.955_336, 0.466_559, -0.295_520, -0.884_490), Vec4::new(0.295_520, 0.884_490, 0.955_336, 0.466_559)],
-    [Vec4::new(-0.955_336, -0.466_559, 0.295_520, 0.884_490), Vec4::new(-0.295_520, -0.884_490, -0.955_336, -0.466_559)],
+    [
+        Vec4::new(-0.955_336, -0.466_559, 0.295_520, 0.884_490),
+        Vec4::new(-0.295_520, -0.884_490, -0.955_336, -0.466_559),
+    ],
 ];
 
 /// Chosen points, as indices into what was offered.
@@ -61,9 +64,7 @@ pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) 
             break;
         }
         let p = point(index as usize).0;
-        let near = |&kept: &u16| {
-            kept == index || point(kept as usize).0.distance_squared(p) < SAME_POINT * SAME_POINT
-        };
+        let near = |&kept: &u16| kept == index || point(kept as usize).0.distance_squared(p) < SAME_POINT * SAME_POINT;
         if !chosen.indices().iter().any(near) {
             chosen.indices[chosen.count] = index;
             chosen.count += 1;

@@ -199,10 +199,8 @@ impl<'a> Frame<'a> {
 
         let vertices_a = self.tables.vertices_of(self.a);
         let mut heights = [[Vec4::ZERO; PLANE_GROUPS]; 2];
-        let balls = [
-            (self.rotation * self.b.center + self.shift, self.b.inner_radius),
-            (self.a.center, self.a.inner_radius),
-        ];
+        let balls =
+            [(self.rotation * self.b.center + self.shift, self.b.inner_radius), (self.a.center, self.a.inner_radius)];
         let mut best = None;
         let first = self.pair.larger();
         for side in [first, 1 - first] {
@@ -240,12 +238,7 @@ impl<'a> Frame<'a> {
 
     /// The edge pair whose axis separates most, if by more than `threshold`, or the first that separates by more than
     /// `stop`.
-    fn best_edges(
-        &self,
-        heights: &[[Vec4; PLANE_GROUPS]; 2],
-        threshold: f32,
-        stop: f32,
-    ) -> Option<Axis> {
+    fn best_edges(&self, heights: &[[Vec4; PLANE_GROUPS]; 2], threshold: f32, stop: f32) -> Option<Axis> {
         let edges_b = self.edges(1);
         let mut list_a = [0_u8; MAX_HULL_EDGES];
         let mut list_b = [0_u8; MAX_HULL_EDGES];
@@ -371,8 +364,7 @@ fn best_face(
     }
     let peak = Vec4::splat(peak.max_element());
     // The plane farthest from the centre first: it is often the best one and rules out the others.
-    let reached =
-        heights.iter().map(|h| h.cmpge(peak).bitmask()).zip(0..).find(|(lanes, _)| *lanes != 0);
+    let reached = heights.iter().map(|h| h.cmpge(peak).bitmask()).zip(0..).find(|(lanes, _)| *lanes != 0);
     let start = reached.map_or(0, |(lanes, group)| 4 * group + lanes.trailing_zeros() as usize);
     let (mut least, mut best) = (floor, None);
     // True if the plane at this place ends the search.

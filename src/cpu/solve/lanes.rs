@@ -5,7 +5,7 @@
 
 use fearless_simd::{f32x8, mask32x8, prelude::*};
 use glam::{Mat3, Vec3};
-use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// Candidates that are solved at once.
 pub const LANES: usize = 8;
@@ -53,6 +53,16 @@ impl<S: Simd> Vector<S> {
     #[inline(always)]
     pub fn splat(simd: S, vector: Vec3) -> Self {
         Self { x: splat(simd, vector.x), y: splat(simd, vector.y), z: splat(simd, vector.z) }
+    }
+
+    #[inline(always)]
+    pub fn new(x: Number<S>, y: Number<S>, z: Number<S>) -> Self {
+        Self { x, y, z }
+    }
+
+    #[inline(always)]
+    pub fn components(self) -> [Number<S>; 3] {
+        [self.x, self.y, self.z]
     }
 
     #[inline(always)]
@@ -124,6 +134,43 @@ impl<S: Simd> Mul<Number<S>> for Vector<S> {
     #[inline(always)]
     fn mul(self, by: Number<S>) -> Self {
         Self { x: self.x * by, y: self.y * by, z: self.z * by }
+    }
+}
+
+/// Component by component, the same in all lanes.
+impl<S: Simd> Mul<Vec3> for Vector<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, by: Vec3) -> Self {
+        Self { x: self.x * by.x, y: self.y * by.y, z: self.z * by.z }
+    }
+}
+
+impl<S: Simd> Div<Vec3> for Vector<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, by: Vec3) -> Self {
+        Self { x: self.x / by.x, y: self.y / by.y, z: self.z / by.z }
+    }
+}
+
+impl<S: Simd> Div<Number<S>> for Vector<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, by: Number<S>) -> Self {
+        Self { x: self.x / by, y: self.y / by, z: self.z / by }
+    }
+}
+
+impl<S: Simd> Neg for Vector<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { x: -self.x, y: -self.y, z: -self.z }
     }
 }
 

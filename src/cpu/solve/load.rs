@@ -3,10 +3,9 @@
 use super::lanes::{Vector, splat};
 use super::rows::{Aim, Friction, Moving, Normal, Row};
 use super::{Softness, Wide};
-use crate::cpu::integrate::Turning;
 use crate::cpu::simulate::Workspace;
 use crate::world::{
-    Body, Pose, SimSettings,
+    Body, SimSettings,
     constants::{PATCH_LOAD_RATE, POINT_LOAD_RATE},
 };
 use fearless_simd::prelude::*;
@@ -108,30 +107,6 @@ impl<S: Simd> Wide<S> {
                     contact.impulse = impulse;
                     contact.load = load + patch_share * mean + point_share * own;
                 }
-            }
-        }
-    }
-
-    /// Writes the substep's motion into the poses and velocities.
-    #[inline(always)]
-    pub fn integrate(&self, bodies: &[Body], dt: f32, candidates: &mut [Workspace]) {
-        for (index, (moving, body)) in self.bodies.iter().zip(bodies).enumerate() {
-            if body.is_static() {
-                continue;
-            }
-            for (lane, candidate) in candidates.iter_mut().enumerate() {
-                let pose = &mut candidate.poses[index];
-                let turning = Turning {
-                    inverse_inertia: body.inverse_inertia,
-                    old: pose.rotation,
-                    spin: moving.angular.lane(lane),
-                    turn: moving.turn.lane(lane),
-                    touched: moving.touched >> lane & 1 == 1,
-                };
-                let (rotation, spin) = turning.end(dt);
-                *pose = Pose::new(rotation, pose.translation + moving.shift.lane(lane));
-                let velocity = &mut candidate.velocities[index];
-                (velocity.linear, velocity.angular) = (moving.linear.lane(lane), spin);
             }
         }
     }

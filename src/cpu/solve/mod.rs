@@ -13,8 +13,10 @@
 //! A sweep is one long chain of dependent operations, so several candidates are solved side by side, one in each lane of
 //! the processor's vectors, which takes hardly longer than one.
 
+mod integrate;
 mod lanes;
 mod load;
+mod rotation;
 mod rows;
 mod sweep;
 mod union;

@@ -42,6 +42,12 @@ impl<S: Simd> Moving<S> {
             restless: [Mask::splat(simd, false); 2],
         }
     }
+
+    /// True if the body of this candidate has contacts, or may come to touch something.
+    #[inline(always)]
+    pub fn touches(&self, lane: usize) -> bool {
+        self.touched >> lane & 1 == 1
+    }
 }
 
 /// One scalar constraint between two bodies: the relative velocity of their touching points along `axis`.

@@ -138,8 +138,8 @@ impl<S: Simd> Wide<S> {
     }
 
     /// One sweep over all patches, one way or the other: with springs overlap is pushed out, without only approach is
-    /// stopped. What is still apart may come no closer than touching. Gives the largest change of a contact's relative
-    /// speed, m/s.
+    /// stopped. What is still apart may come no closer than touching. A rigid sweep that changes the relative speed of a
+    /// contact makes its bodies restless.
     #[inline(always)]
     fn sweep_normals<const SPRINGS: bool>(&mut self, settings: &SimSettings, backwards: bool) {
         self.simd.vectorize(
@@ -163,7 +163,7 @@ impl<S: Simd> Wide<S> {
                         if SPRINGS {
                             n.solve_spring(&mut pair);
                         } else {
-                            disturbed |= n.solve_rigid(&mut pair, solved).simd_ge(RELAXED_SPEED);
+                            disturbed |= n.solve_rigid(&mut pair, solved);
                         }
                     }
                     if !SPRINGS {
@@ -290,15 +290,15 @@ impl<S: Simd> Normal<S> {
         self.impulse = total;
     }
 
-    /// Gives the change of the contact's relative speed, m/s.
+    /// Gives where the contact's relative speed changed by more than `RELAXED_SPEED`.
     #[inline(always)]
-    fn solve_rigid(&mut self, pair: &mut Pair<S>, solved: Mask<S>) -> Number<S> {
+    fn solve_rigid(&mut self, pair: &mut Pair<S>, solved: Mask<S>) -> Mask<S> {
         let total = self.total(pair, self.aim.rigid_bias, self.row.mass, splat(self.impulse.token(), 0.0));
         let total = solved.select(total, self.impulse);
         let change = total - self.impulse;
         pair.push(&self.row, change);
         self.impulse = total;
-        change.abs() / self.row.mass
+        change.abs().simd_gt(self.row.mass * RELAXED_SPEED)
     }
 
     /// The impulse that meets the aim. Nought where a candidate has no such point, because there is no mass.
