@@ -120,13 +120,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let plane = faces[reference].plane;
     let outline = outlines[reference];
     let against = -(plane.xyz * to_reference.rotation);
+    let incident = faces[other.first_face + facing.faces.y].plane;
     var count = 0u;
     var i = 0u;
     for (var face_number = 0u; face_number <= other.face_count; face_number++) {
         // The next face that is turned against the reference face: neighbours in a workgroup go on together.
         for (var k = i; k < other.face_count; k++) {
-            let cosine = plane_cosine(against, faces[other.first_face + k].plane);
-            if ((k == facing.faces.y) | (cosine >= INCIDENT_COSINE)) {
+            let turned = faces[other.first_face + k].plane;
+            if (all(turned == incident) | (plane_cosine(against, turned) >= INCIDENT_COSINE)) {
                 break;
             }
             i = k + 1u;

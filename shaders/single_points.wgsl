@@ -51,6 +51,20 @@ fn placed(pose: Pose, point: vec3<f32>) -> vec3<f32> {
     return rotate(pose.rotation, point) + pose.translation;
 }
 
+// Corners of a face (number within the hull, the first of those in its plane) and of all in its plane: as
+// `HullTables::ring_of`.
+fn ring_of(hull: Hull, number: u32) -> u32 {
+    let plane = faces[hull.first_face + number].plane;
+    var corners = 0u;
+    for (var k = number; k < hull.face_count; k++) {
+        if (any(faces[hull.first_face + k].plane != plane)) {
+            break;
+        }
+        corners += faces[hull.first_face + k].corner_count;
+    }
+    return corners;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
     let index = invocation(id, workgroups);
@@ -76,26 +90,28 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let other = hulls[facing.hulls[1u - side]];
     let edge = edges[hull.first_edge + select(0u, extractBits(feature, 12u, 12u), is_edges)].vertices;
     let other_edge = edges[other.first_edge + select(0u, extractBits(feature, 0u, 12u), is_edges)].vertices;
-    let face = faces[hull.first_face + facing.faces.x];
-    let other_face = faces[other.first_face + facing.faces.y];
+    let first_corner = faces[hull.first_face + facing.faces.x].first_corner;
+    let other_first_corner = faces[other.first_face + facing.faces.y].first_corner;
+    let ring = ring_of(hull, facing.faces.x);
+    let other_ring = ring_of(other, facing.faces.y);
     let to_reference = between(pose, other_pose);
     var least = 3.4e38;
     var on_reference = vec3(0.0);
     var on_other = vec3(0.0);
-    let count = select(face.corner_count, 1u, is_edges);
-    let other_count = select(other_face.corner_count, 1u, is_edges);
+    let count = select(ring, 1u, is_edges);
+    let other_count = select(other_ring, 1u, is_edges);
     for (var i = 0u; i < count; i++) {
-        let corner = face_vertices[face.first_corner + i];
-        let next_corner = face_vertices[face.first_corner + select(i + 1u, 0u, i + 1u >= face.corner_count)];
+        let corner = face_vertices[first_corner + i];
+        let next_corner = face_vertices[first_corner + select(i + 1u, 0u, i + 1u >= ring)];
         let ends = select(vec2(corner, next_corner), edge, is_edges);
         let start = vertices[hull.first_vertex + ends.x].xyz;
         let end = vertices[hull.first_vertex + ends.y].xyz;
         let p = select(start, placed(pose, start), is_edges);
         let u = select(end, placed(pose, end), is_edges) - p;
         for (var k = 0u; k < other_count; k++) {
-            let other_corner = face_vertices[other_face.first_corner + k];
+            let other_corner = face_vertices[other_first_corner + k];
             let other_next =
-                face_vertices[other_face.first_corner + select(k + 1u, 0u, k + 1u >= other_face.corner_count)];
+                face_vertices[other_first_corner + select(k + 1u, 0u, k + 1u >= other_ring)];
             let other_ends = select(vec2(other_corner, other_next), other_edge, is_edges);
             let other_start = vertices[other.first_vertex + other_ends.x].xyz;
             let other_end = vertices[other.first_vertex + other_ends.y].xyz;

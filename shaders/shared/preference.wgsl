@@ -5,7 +5,7 @@
 struct Preference {
     bias: f32,
     relative: f32,
-    // How many times more the part of a way out counts that leads into the ground.
+    // Most times that a way along the ground is longer than one into it.
     ground: f32,
 }
 
@@ -20,16 +20,17 @@ fn least_worth(preference: Preference, room: vec2<f32>, axis: Separation) -> f32
     return select(-FAR, floor, (axis.feature & REMEMBERED) != 0u);
 }
 
-// How far a body can be pushed down without standing in the ground, m: as `BroadPhase::room`, with a hull of the other body.
+// How far a body can be pushed down before the ground counts, m: as `BroadPhase::room`, with a hull of the other body.
 fn room_under(body: Bounds, hull: Bounds, other: Body) -> f32 {
-    let narrower = all(body.half_extents.xz <= hull.half_extents.xz);
-    let gap = max(hull.center.y - hull.half_extents.y, 0.0);
-    let barred = other.unit == STATIC && narrower && gap < ROOM_SHARE * 2.0 * body.half_extents.y;
-    return select(FAR, max(body.center.y - body.half_extents.y, 0.0) + COHERENT_DEPTH, barred);
+    let narrower = any(body.half_extents.xz <= hull.half_extents.xz);
+    let bottom = max(body.center.y - body.half_extents.y, 0.0);
+    let room = bottom + ROOM_SHARE * 2.0 * body.half_extents.y + COHERENT_DEPTH;
+    return select(FAR, room, narrower & (other.unit == STATIC));
 }
 
-// A distance along an axis (world frame, first to second) less what the way into the ground adds: as `HullPair::detour`.
+// What a distance along an axis (world frame, first to second) is worth beside others: as `HullPair::worth`.
 fn worth_of(preference: Preference, room: vec2<f32>, axis: vec3<f32>, distance: f32) -> f32 {
-    let below = -distance * abs(axis.y) - select(room.x, room.y, axis.y < 0.0);
-    return distance - preference.ground * max(below, 0.0);
+    let barred = -distance * abs(axis.y) > select(room.x, room.y, axis.y < 0.0);
+    let aside = max(sqrt(max(1.0 - axis.y * axis.y, 0.0)), 1.0 / preference.ground);
+    return select(distance, distance / aside, barred);
 }

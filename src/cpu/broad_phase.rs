@@ -134,17 +134,15 @@ impl BroadPhase {
         self.bodies[body].center.y - self.bodies[body].half.y
     }
 
-    /// How far the bodies of a hull pair can be pushed down without standing in the ground, m. Only what a fixed hull could
-    /// swallow, without room for it below, is kept out of the ground; all else may be pushed anywhere.
+    /// How far the bodies of a hull pair can be pushed down, m: not so far that they would stand in the ground with
+    /// `ROOM_SHARE` of their height. Only what a fixed hull could swallow is kept out of it; all else may be pushed anywhere.
     pub fn room(&self, world: &World, HullPair { pair, a, b }: HullPair) -> [f32; 2] {
         let bodies = world.pairs[pair as usize];
         let below = |side: usize, other: u32| {
             let (body, hull) = (&self.bodies[bodies[side] as usize], &self.hulls[other as usize]);
-            let narrower = body.half.x <= hull.half.x && body.half.z <= hull.half.z;
-            let gap = (hull.center.y - hull.half.y).max(0.0);
-            let fixed = world.bodies[bodies[1 - side] as usize].is_static();
-            match fixed && narrower && gap < ROOM_SHARE * 2.0 * body.half.y {
-                true => (body.center.y - body.half.y).max(0.0) + COHERENT_DEPTH,
+            let narrower = body.half.x <= hull.half.x || body.half.z <= hull.half.z;
+            match narrower && world.bodies[bodies[1 - side] as usize].is_static() {
+                true => (body.center.y - body.half.y).max(0.0) + ROOM_SHARE * 2.0 * body.half.y + COHERENT_DEPTH,
                 false => f32::MAX,
             }
         };

@@ -139,12 +139,12 @@ pub const AXIS_BIAS_RELATIVE: f32 = 0.01;
 /// the height was found. Well below `AXIS_BIAS`, or the edges around a face that touches would be searched.
 pub const AXIS_ROUNDING: f32 = 0.1 * LINEAR_SLOP;
 
-/// How many times more a way counts that leads into the ground, out of something fixed under which there is no room: as good as
+/// Most times that the way out of something fixed and along the ground is longer than the one into the ground: as good as
 /// barred, so that what is swallowed near the ground leaves by a side instead of jamming between both.
 pub const GROUND_PENALTY: f32 = 1e3;
 
-/// There is room under something fixed for bodies of which this share fits between it and the ground. What is only squeezed
-/// there stays there, as it would in other engines.
+/// The ground counts for what would be pushed into it with more than this share of its height. What is only squeezed there, or
+/// leans on something slanted, stays where it is, as it would in other engines.
 pub const ROOM_SHARE: f32 = 0.5;
 
 /// Depth up to which the last step's axis is used again without a search, m. No other axis can be better by more than

@@ -1,6 +1,6 @@
 //! Flat tables of convex hulls: vertices, face polygons, edges.
 
-use super::constants::{COPLANAR_COSINE, COPLANAR_DISTANCE, COPLANAR_SHARE, MAX_FACE_VERTICES};
+use super::constants::{COPLANAR_COSINE, COPLANAR_DISTANCE, COPLANAR_SHARE, MAX_FACE_VERTICES, MAX_LINES};
 use super::outline::Outline;
 use crate::shape::convex_hull;
 use bytemuck::{Pod, Zeroable};
@@ -34,7 +34,8 @@ pub struct Hull {
     pad2: f32,
 }
 
-/// A face polygon: all coplanar triangles of the hull together.
+/// A face polygon: all coplanar triangles of the hull together. Where they have more than `MAX_FACE_VERTICES` corners, they
+/// are several faces, one after the other, with the same plane to the bit.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Face {
@@ -51,6 +52,11 @@ impl Face {
     /// Outward unit normal.
     pub fn normal(&self) -> Vec3 {
         self.plane.truncate()
+    }
+
+    /// Where its corners start and end.
+    fn corners(&self) -> [usize; 2] {
+        [self.first_corner, self.first_corner + self.corner_count].map(|corner| corner as usize)
     }
 }
 
@@ -148,6 +154,18 @@ impl HullTables {
         &self.edges[hull.first_edge as usize..][..hull.edge_count as usize]
     }
 
+    /// Corners of face `face` (number within the hull) and of all in its plane, one polygon after the other. As one closed
+    /// line it runs along every edge of the whole, and to and fro where that was cut.
+    pub fn ring_of(&self, hull: &Hull, face: u32) -> &[u32] {
+        let (faces, face) = (self.faces_of(hull), face as usize);
+        let cut = |piece: &Face| piece.plane != faces[face].plane;
+        let first = faces[..face].iter().rposition(cut).map_or(0, |before| before + 1);
+        let last = faces[face..].iter().position(cut).map_or(faces.len(), |after| face + after) - 1;
+        let [start, _] = faces[first].corners();
+        let [_, end] = faces[last].corners();
+        &self.face_vertices[start..end]
+    }
+
     /// Lines around face `face` (number within the hull) and its nearly flat neighbours, and their planes.
     pub fn outline_of(&self, hull: &Hull, face: u32) -> (&[Vec4], &[Vec4]) {
         let Outline { first, lines, bearing } = self.outlines[(hull.first_face + face) as usize];
@@ -156,7 +174,8 @@ impl HullTables {
 
     /// Corners of a face, vertex numbers within its hull.
     pub fn corners_of(&self, face: &Face) -> &[u32] {
-        &self.face_vertices[face.first_corner as usize..][..face.corner_count as usize]
+        let [start, end] = face.corners();
+        &self.face_vertices[start..end]
     }
 }
 
@@ -212,10 +231,10 @@ fn polygons(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f32) -> Polygo
         let mut corners: Vec<u32> = members.iter().flat_map(|&t| triangles[t]).collect();
         corners.sort_unstable();
         corners.dedup();
-        let corners = thin(vertices, normal, ring(vertices, normal, &corners));
+        let ring = thin(vertices, normal, ring(vertices, normal, &corners));
         // All vertices lie below the plane, so that no support is missed.
         let offset = vertices.iter().map(|v| normal.dot(*v)).fold(f32::NEG_INFINITY, f32::max);
-        faces.push((normal.extend(offset), corners));
+        faces.extend(pieces(&ring).into_iter().map(|corners| (normal.extend(offset), corners)));
     }
     let mut edges = Vec::new();
     for (&[a, b], &t) in &left {
@@ -260,9 +279,9 @@ fn ring(vertices: &[Vec3], normal: Vec3, corners: &[u32]) -> Vec<u32> {
     lower
 }
 
-/// Leaves out the corners that cost the polygon the least area until it has `MAX_FACE_VERTICES`.
+/// Leaves out the corners that cost the polygon the least area until an outline can go round it.
 fn thin(vertices: &[Vec3], normal: Vec3, mut corners: Vec<u32>) -> Vec<u32> {
-    while corners.len() > MAX_FACE_VERTICES {
+    while corners.len() > MAX_LINES {
         let n = corners.len();
         let at = |i: usize| vertices[corners[i % n] as usize];
         let loss = |i: usize| normal.dot((at(i) - at(i + n - 1)).cross(at(i + 1) - at(i))).abs();
@@ -270,6 +289,18 @@ fn thin(vertices: &[Vec3], normal: Vec3, mut corners: Vec<u32>) -> Vec<u32> {
         corners.remove(least);
     }
     corners
+}
+
+/// Cuts a polygon, from its first corner, into polygons of at most `MAX_FACE_VERTICES`.
+fn pieces(ring: &[u32]) -> Vec<Vec<u32>> {
+    let mut pieces = Vec::new();
+    let mut rest = ring.to_vec();
+    while rest.len() > MAX_FACE_VERTICES {
+        pieces.push(rest[..MAX_FACE_VERTICES].to_vec());
+        rest.drain(1..MAX_FACE_VERTICES - 1);
+    }
+    pieces.push(rest);
+    pieces
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What a face bears and where that ends. It depends on the hull alone, so it is a table.
 
-use super::constants::{COPLANAR_COSINE, MAX_HULL_FACES, MAX_LINES};
+use super::constants::{COPLANAR_COSINE, MAX_LINES};
 use super::hulls::{Face, Hull, HullTables};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
@@ -33,10 +33,11 @@ impl Outline {
         let faces = tables.faces_of(hull);
         let normal = faces[face].normal();
         let first = out.len();
-        if faces.iter().filter(|face| bears(face, normal)).count() == 1 {
-            around_polygon(tables, hull, &faces[face], out);
+        let plane = faces[face].plane;
+        if faces.iter().all(|other| other.plane == plane || !bears(other, normal)) {
+            around_polygon(tables, hull, face, out);
         } else {
-            around_several(tables, hull, faces[face].plane, out);
+            around_several(tables, hull, plane, out);
         }
         let planes = out.len();
         out.extend(faces.iter().filter(|face| bears(face, normal)).map(|face| face.plane));
@@ -45,11 +46,17 @@ impl Outline {
 }
 
 /// A line for every side of the face.
-fn around_polygon(tables: &HullTables, hull: &Hull, face: &Face, out: &mut Vec<Vec4>) {
-    let (corners, vertices) = (tables.corners_of(face), tables.vertices_of(hull));
+fn around_polygon(tables: &HullTables, hull: &Hull, face: usize, out: &mut Vec<Vec4>) {
+    let (normal, vertices) = (tables.faces_of(hull)[face].normal(), tables.vertices_of(hull));
+    let mut corners: Vec<u32> = Vec::new();
+    for &corner in tables.ring_of(hull, face as u32) {
+        if !corners.contains(&corner) {
+            corners.push(corner);
+        }
+    }
     let corner = |k: usize| vertices[corners[k % corners.len()] as usize].truncate();
     out.extend((0..corners.len()).map(|k| {
-        let outward = (corner(k + 1) - corner(k)).cross(face.normal()).normalize_or_zero();
+        let outward = (corner(k + 1) - corner(k)).cross(normal).normalize_or_zero();
         outward.extend(outward.dot(corner(k)))
     }));
 }
@@ -58,7 +65,7 @@ fn around_polygon(tables: &HullTables, hull: &Hull, face: &Face, out: &mut Vec<V
 fn around_several(tables: &HullTables, hull: &Hull, plane: Vec4, out: &mut Vec<Vec4>) {
     let (faces, vertices, normal) = (tables.faces_of(hull), tables.vertices_of(hull), plane.truncate());
     let first = out.len();
-    let mut line_of = [None; MAX_HULL_FACES];
+    let mut line_of = vec![None; faces.len()];
     for edge in tables.edges_of(hull) {
         let steep = match edge.faces.map(|f| bears(&faces[f as usize], normal)) {
             [true, false] => edge.faces[1] as usize,

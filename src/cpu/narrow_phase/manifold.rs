@@ -159,7 +159,8 @@ struct Clip<'a> {
     pair: &'a HullPair<'a>,
     reference: usize,
     vertices: &'a [Vec4],
-    corners: &'a [u32],
+    /// See `HullTables::ring_of`.
+    ring: &'a [u32],
     normal: Vec3,
     offset: f32,
     rotation: Mat3,
@@ -173,14 +174,13 @@ impl<'a> Clip<'a> {
     fn new(pair: &'a HullPair<'a>, reference: usize, face: u32) -> Self {
         let hull = pair.hull(reference);
         let (lines, bearing) = pair.tables.outline_of(hull, face);
-        let face = &pair.tables.faces_of(hull)[face as usize];
-        let plane = face.plane;
+        let plane = pair.tables.faces_of(hull)[face as usize].plane;
         let (rotation, shift) = pair.other_to(reference);
         Self {
             pair,
             reference,
             vertices: pair.tables.vertices_of(hull),
-            corners: pair.tables.corners_of(face),
+            ring: pair.tables.ring_of(hull, face),
             normal: plane.truncate(),
             offset: plane.w,
             rotation,
@@ -201,7 +201,7 @@ impl<'a> Clip<'a> {
         polygon.count = 0;
         let mut lowest = f32::INFINITY;
         for &corner in self.pair.tables.corners_of(face) {
-            let p = self.rotation * vertices[corner as usize].truncate() + self.shift;
+            let p = self.carried(vertices[corner as usize]);
             lowest = lowest.min(self.normal.dot(p) - self.offset);
             polygon.push(p);
         }
@@ -222,14 +222,15 @@ impl<'a> Clip<'a> {
         from
     }
 
-    /// Clips every face of the other hull that is turned against the reference face, and `incident` in any case.
+    /// Clips every face of the other hull that is turned against the reference face, and in any case what is in the plane of `incident`.
     fn faces(&self, incident: u32, margin: f32, out: &mut Manifold) {
         let mut points = [Vec4::ZERO; MAX_COLLECTED];
         let mut buffers = [Polygon::EMPTY; 2];
         let mut count = 0;
         let facing = -(self.rotation.transpose() * self.normal).extend(0.0);
-        for (i, face) in self.pair.tables.faces_of(self.pair.hull(1 - self.reference)).iter().enumerate() {
-            if i as u32 != incident && facing.dot(face.plane) < INCIDENT_COSINE {
+        let faces = self.pair.tables.faces_of(self.pair.hull(1 - self.reference));
+        for face in faces {
+            if face.plane != faces[incident as usize].plane && facing.dot(face.plane) < INCIDENT_COSINE {
                 continue;
             }
             if count > MAX_MANIFOLD_POINTS {
@@ -283,15 +284,15 @@ impl<'a> Clip<'a> {
     /// The nearest points (on A, on B, world frame) of the outlines of the reference face and of a face of the other
     /// hull.
     fn nearest_outlines(&self, incident: u32) -> (Vec3, Vec3) {
-        let face = &self.pair.tables.faces_of(self.pair.hull(1 - self.reference))[incident as usize];
-        let mut polygon = Polygon::EMPTY;
-        self.polygon(face, 0.0, &mut polygon);
-        let at = |k: usize| self.vertices[self.corners[k % self.corners.len()] as usize].truncate();
+        let other = self.pair.hull(1 - self.reference);
+        let vertices = self.pair.tables.vertices_of(other);
+        let other = self.pair.tables.ring_of(other, incident);
+        let at = |k: usize| self.vertices[self.ring[k % self.ring.len()] as usize].truncate();
+        let other_at = |l: usize| self.carried(vertices[other[l % other.len()] as usize]);
         let (mut least, mut nearest) = (f32::INFINITY, (Vec3::ZERO, Vec3::ZERO));
-        for k in 0..self.corners.len() {
-            for l in 0..polygon.count {
-                let other = [polygon.corners[l], polygon.corners[(l + 1) % polygon.count]];
-                let (p, q) = nearest_on_segments([at(k), at(k + 1)], other);
+        for k in 0..self.ring.len() {
+            for l in 0..other.len() {
+                let (p, q) = nearest_on_segments([at(k), at(k + 1)], [other_at(l), other_at(l + 1)]);
                 let square = p.distance_squared(q);
                 if square < least {
                     (least, nearest) = (square, (p, q));
@@ -301,5 +302,10 @@ impl<'a> Clip<'a> {
         let pose = self.pair.poses[self.reference];
         let (p, q) = (pose.point(nearest.0), pose.point(nearest.1));
         if self.reference == 0 { (p, q) } else { (q, p) }
+    }
+
+    /// A vertex of the other hull in the reference hull's frame.
+    fn carried(&self, vertex: Vec4) -> Vec3 {
+        self.rotation * vertex.truncate() + self.shift
     }
 }

@@ -35,7 +35,7 @@ pub struct HullPair<'a> {
     pub hulls: [u32; 2],
     /// Poses of the bodies of A and B.
     pub poses: [&'a Pose; 2],
-    /// How far the body of A and that of B can be pushed down without standing in the ground, m; see `HullPair::detour`.
+    /// How far the body of A and that of B can be pushed down before the ground counts, m; see `HullPair::worth`.
     pub room: [f32; 2],
 }
 
@@ -43,14 +43,17 @@ impl HullPair<'_> {
     /// `room` of bodies that may be pushed anywhere.
     pub const ANY_ROOM: [f32; 2] = [f32::MAX; 2];
 
-    /// What parting the hulls along an axis (from A to B, A's frame) costs beyond its depth, m: the way into the ground.
-    fn detour(&self, axis: Vec3, distance: f32) -> f32 {
+    /// What a distance along an axis (from A to B, A's frame) is worth beside others, m: where parting the hulls would lead
+    /// too far into the ground, the longer way along it counts, which has no end if the axis is upright.
+    fn worth(&self, axis: Vec3, distance: f32) -> f32 {
         if self.room == Self::ANY_ROOM {
-            return 0.0;
+            return distance;
         }
         let rise = (self.poses[0].rotation * axis).y;
-        let room = self.room[usize::from(rise < 0.0)];
-        GROUND_PENALTY * (-distance * rise.abs() - room).max(0.0)
+        if -distance * rise.abs() <= self.room[usize::from(rise < 0.0)] {
+            return distance;
+        }
+        distance / (1.0 - rise * rise).max(0.0).sqrt().max(1.0 / GROUND_PENALTY)
     }
 
     /// Hull A (0) or B (1).

@@ -141,7 +141,7 @@ impl<'a> Frame<'a> {
     }
 
     fn axis(&self, distance: f32, normal: Vec3, feature: Feature) -> Axis {
-        Axis { distance, worth: distance - self.pair.detour(normal, distance), normal, feature }
+        Axis { distance, worth: self.pair.worth(normal, distance), normal, feature }
     }
 
     /// True if two points of the hulls face each other along the axis at its distance: then the distance of hulls apart

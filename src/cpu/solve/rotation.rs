@@ -112,7 +112,7 @@ mod tests {
     fn same_bits<S: Simd>(simd: S) {
         for i in 0..2000 {
             let turn = 0.004 * i as f32 * Vec3::new(0.6, -0.3, (0.1 * i as f32).sin());
-            let other = 1.01 * Quat::from_rotation_y(0.3 * i as f32) * Quat::from_rotation_x(0.7);
+            let other = Quat::from_rotation_y(0.3 * i as f32) * Quat::from_rotation_x(0.7) * 1.01;
             let (mut turns, mut others) = (Vector::splat(simd, Vec3::X), Rotation::identity(simd));
             let lane = i % 8;
             turns.set_lane(lane, turn);

@@ -71,7 +71,7 @@ pub struct Preference {
     pub bias: f32,
     /// Share of the depth.
     pub relative: f32,
-    /// How many times more the part of a way out counts that leads into the ground.
+    /// Most times that a way along the ground is longer than one into it.
     pub ground: f32,
 }
 
@@ -79,7 +79,7 @@ impl Preference {
     /// For contacts.
     pub const CONTACT: Self = Self { bias: AXIS_BIAS, relative: AXIS_BIAS_RELATIVE, ground: GROUND_PENALTY };
     /// For depths.
-    pub const NONE: Self = Self { bias: 0.0, relative: 0.0, ground: 0.0 };
+    pub const NONE: Self = Self { bias: 0.0, relative: 0.0, ground: 1.0 };
 }
 
 /// Two hulls whose boxes overlap.
