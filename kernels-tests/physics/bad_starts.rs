@@ -121,6 +121,16 @@ pub fn what_is_swallowed_anywhere_comes_out(backend: &dyn Backend) {
     }
 }
 
+/// It is wider than the wall is thick, and deeper in it than it is high.
+pub fn a_book_in_a_wall_comes_out(backend: &dyn Backend) {
+    for depth in [0.03, 0.05, 0.08] {
+        let mut s = Scenario::default();
+        s.fixed(vec![cuboid(Vec3::new(0.05, 1.0, 1.5))], Vec3::Y, Quat::IDENTITY);
+        s.cuboid(Vec3::new(0.125, 0.01, 0.175), 0.5, Vec3::new(0.175 - depth, 0.01, 0.0), Quat::IDENTITY);
+        comes_apart(backend, &format!("a book {depth} m in a wall"), &s, &settings(60));
+    }
+}
+
 /// What does not quite fit under something fixed is neither thrown out nor pushed through it.
 pub fn what_is_squeezed_to_the_ground_stays(backend: &dyn Backend) {
     let slats = |half_width: f32, half_height: f32| -> Vec<Vec<Vec3>> {
@@ -141,6 +151,54 @@ pub fn what_is_squeezed_to_the_ground_stays(backend: &dyn Backend) {
         let way = states[119].0[1].translation - Vec3::new(0.013, half.y, 0.0);
         measured(&format!("{name}: way in 2 s, m"), way, "0");
         assert!(way.with_y(0.0).length() < 1e-3 && way.y.abs() < 0.01, "{name}: {way}");
+    }
+}
+
+/// A box on the ground that a fixed slanted board touches too deeply slides out; the ground bars no way that leads along it.
+pub fn what_a_slanted_board_touches_is_not_thrown(backend: &dyn Backend) {
+    for (degrees, along) in [(5.0_f32, 0.1), (35.0, 0.1), (70.0, 0.2), (87.0, 0.2)] {
+        for depth in [0.0005, 0.003] {
+            let mut s = Scenario::default();
+            let turn = Quat::from_rotation_z(degrees.to_radians());
+            // The board's lower face lies on the upper left edge of the box.
+            let (length, outward, edge) = (turn * Vec3::X, turn * -Vec3::Y, Vec3::new(-0.075, 0.15, 0.0));
+            let board = cuboid(Vec3::new(0.4, 0.01, 0.3));
+            s.fixed(vec![board], edge + (depth - 0.01) * outward + along * length, turn);
+            s.cuboid(Vec3::splat(0.075), 1.0, Vec3::Y * 0.075, Quat::IDENTITY);
+            let (poses, _) = &run(backend, &s.world(), &settings(60))[59];
+            let way = poses[1].translation - Vec3::Y * 0.075;
+            measured(&format!("{degrees} degrees, {} mm deep: way, m", 1e3 * depth), way, "about the depth");
+            assert!(way.length() < 0.015, "{degrees} degrees, {depth} m deep: {way}");
+            assert!(poses[1].rotation.w.abs() > 0.999, "{degrees} degrees, {depth} m deep: {}", poses[1].rotation);
+        }
+    }
+}
+
+/// A board leans on one corner of a round top: each of many corners bears.
+pub fn every_corner_of_a_round_top_bears(backend: &dyn Backend) {
+    let (radius, height, slope) = (0.5_f32, 0.1_f32, 25.0_f32.to_radians());
+    for sides in [17_usize, 24, 32] {
+        for facing in (0..sides).step_by(3) {
+            let at = |k: usize, y: f32| {
+                let (sin, cos) = ((k + sides - facing) as f32 / sides as f32 * std::f32::consts::TAU).sin_cos();
+                Vec3::new(radius * cos, y, radius * sin)
+            };
+            let mut s = Scenario::default();
+            s.fixed(
+                vec![(0..2 * sides).map(|k| at(k / 2, height * (k % 2) as f32)).collect()],
+                Vec3::ZERO,
+                Quat::IDENTITY,
+            );
+            let turn = Quat::from_rotation_z(-slope);
+            let foot = Vec3::X * (radius + height / slope.tan());
+            s.cuboid(Vec3::new(0.2, 0.005, 0.1), 1.0, foot + turn * Vec3::new(-0.2, 0.005, 0.0), turn);
+            let world = s.world();
+            let states = run(backend, &world, &settings(60));
+            let deep = overlap(&world, &states[59]);
+            assert!(deep < TOUCHING_DEPTH, "corner {facing} of {sides}: {deep} m deep");
+            let way = states[59].0[1].translation.distance(world.start[1].translation);
+            assert!(way < 2e-3, "corner {facing} of {sides}: moved by {way} m");
+        }
     }
 }
 

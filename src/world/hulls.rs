@@ -391,6 +391,40 @@ mod tests {
     }
 
     #[test]
+    fn faces_of_many_corners_are_cut_and_keep_their_outline() {
+        for (sides, kept, pieces) in [(16_usize, 16, 1), (17, 17, 2), (30, 30, 2), (32, 32, 3), (40, 32, 3)] {
+            // A cone, so that one face has as many corners as there may be.
+            let corner = |k: usize| {
+                let (sin, cos) = (k as f32 / sides as f32 * std::f32::consts::TAU).sin_cos();
+                Vec3::new(0.3 * cos, 0.0, 0.3 * sin)
+            };
+            let mut points: Vec<Vec3> = (0..sides).map(corner).collect();
+            points.push(Vec3::Y * 0.4);
+            let tables = table(&points);
+            let hull = tables.hulls[0];
+            let faces = tables.faces_of(&hull);
+            let base = faces.iter().position(|face| face.plane.y < -0.999).unwrap();
+            let cut = faces.iter().filter(|face| face.plane == faces[base].plane).count();
+            assert_eq!(cut, pieces, "{sides} sides");
+            assert!(faces.iter().all(|face| face.corner_count as usize <= MAX_FACE_VERTICES));
+            for piece in base..base + cut {
+                let ring = tables.ring_of(&hull, piece as u32);
+                let mut corners = ring.to_vec();
+                corners.sort_unstable();
+                corners.dedup();
+                assert_eq!((corners.len(), ring.len()), (kept, kept + 2 * (cut - 1)), "{sides} sides");
+                let (lines, bearing) = tables.outline_of(&hull, piece as u32);
+                assert_eq!((lines.len(), bearing.len()), (kept, cut), "{sides} sides");
+                let reach = |line: &Vec4, p: Vec3| line.truncate().dot(p) - line.w;
+                assert!(lines.iter().all(|line| reach(line, Vec3::ZERO) < -0.29), "an outline goes round the middle");
+                if kept == sides {
+                    assert!(lines.iter().all(|line| points.iter().all(|p| reach(line, p.with_y(0.0)) < 1e-6)));
+                }
+            }
+        }
+    }
+
+    #[test]
     fn points_without_volume_are_ignored() {
         let flat: Vec<Vec3> = cuboid(Vec3::new(1.0, 0.0, 1.0));
         let line: Vec<Vec3> = (0..5).map(|i| Vec3::splat(i as f32)).collect();
