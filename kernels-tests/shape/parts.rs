@@ -2,8 +2,9 @@
 
 use crate::fixture::*;
 use glam::{Quat, Vec3};
+use parry3d::shape::{ConvexPolyhedron, Shape as _};
 use rest3d_gpu::shape::{
-    Cache, PADDING, Shape, ShapeRequest, ShapeSettings, build_shapes, part_budget, part_obj, read_mesh,
+    Cache, PADDING, Part, Shape, ShapeRequest, ShapeSettings, build_shapes, part_budget, part_obj, read_mesh,
 };
 
 #[test]
@@ -70,6 +71,44 @@ fn a_round_mesh_is_covered_and_keeps_its_flat_bottom() {
     assert!((low + PADDING).abs() < 1e-5 && (high - 0.12 - PADDING).abs() < 2e-5, "{low} … {high}");
     let beyond = corners().map(|v| v.length() - 0.12).fold(0.0, f32::max);
     assert!(beyond < 4e-3, "a part stands out by {} mm", 1e3 * beyond);
+}
+
+/// A dented pear. Pieces of its surface are merged where that fills no free space, and what they share inside costs too:
+/// without that its parts hold half as much again as it does.
+#[test]
+fn parts_of_something_solid_share_little() {
+    let folder = tempfile::tempdir().unwrap();
+    let (rings, sides) = (40_u32, 56_u32);
+    let mut vertices = vec![[0.0, -0.1, 0.0]];
+    let mut triangles = Vec::new();
+    for k in 1..rings {
+        let along = std::f32::consts::PI * k as f32 / rings as f32;
+        for i in 0..sides {
+            let around = std::f32::consts::TAU * i as f32 / sides as f32;
+            let dents = 1.0 + 0.12 * (3.0 * around).sin() + 0.09 * (5.0 * around + 4.0 * along).sin();
+            let out = 0.1 * along.sin() * (1.0 - 0.35 * (1.0 - along.cos())) * dents;
+            vertices.push([out * around.cos(), -0.1 * along.cos(), out * around.sin()]);
+        }
+    }
+    vertices.push([0.0, 0.1, 0.0]);
+    let at = |k: u32, i: u32| 1 + k * sides + i % sides;
+    let last = vertices.len() as u32 - 1;
+    for i in 0..sides {
+        triangles.push([0, at(0, i), at(0, i + 1)]);
+        triangles.push([last, at(rings - 2, i + 1), at(rings - 2, i)]);
+        for k in 1..rings - 1 {
+            triangles.push([at(k - 1, i), at(k, i), at(k, i + 1)]);
+            triangles.push([at(k - 1, i), at(k, i + 1), at(k - 1, i + 1)]);
+        }
+    }
+    let corner = |i: u32| Vec3::from_array(vertices[i as usize]);
+    let six: f32 = triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c)))).sum();
+    let volume = six.abs() / 6.0;
+    let shape = build(of_file(obj(folder.path(), "pear.obj", &vertices, &triangles), "fruit"), None);
+    check("pear", &shape);
+    let of_part = |part: &Part| ConvexPolyhedron::from_convex_hull(&part.vertices).unwrap().mass_properties(1.0).mass();
+    let ratio = shape.parts.iter().map(of_part).sum::<f32>() / volume;
+    assert!(shape.parts.len() > 1 && ratio < 1.15, "{} parts of {ratio} times its volume", shape.parts.len());
 }
 
 /// A round table top of 1.2 m: the 32 sides that 64 vertices make stand out by 3 mm, and the category has no second part.

@@ -16,8 +16,11 @@ const GROWTH: f32 = 0.01;
 /// … but not by less or more than this, m, …
 const LEAST_GROWTH: f32 = 1e-3;
 const MOST_GROWTH: f32 = 1.5e-3;
-/// … and the two halves must stand out by less than this share of what the whole does.
+/// … and the two halves must stand out by less than this share of what the whole does, …
 const WORTH: f32 = 0.95;
+/// … unless that is more than so many times what it may: then the next cuts may do better, up to so many in a row.
+const FAR_OUT: f32 = 2.0;
+const BLIND_CUTS: u32 = 3;
 /// What a part falls short of its full hull in the end, m.
 const SHORT: f32 = 0.02e-3;
 /// Rounds of growing: a moved vertex tilts the faces around it, and the next round sees those.
@@ -36,6 +39,10 @@ struct Fitted {
     /// How far the part stands out beyond the piece's hull, m, and how far it may.
     growth: f32,
     tolerated: f32,
+    /// Cuts in a row that did not help.
+    blind: u32,
+    /// No cut helps.
+    done: bool,
 }
 
 impl Fitted {
@@ -43,17 +50,22 @@ impl Fitted {
         let (part, growth) = covering(&piece.hull, levels, settings);
         let (low, high) = piece.hull.bounds();
         let tolerated = (GROWTH * low.distance(high)).clamp(LEAST_GROWTH, MOST_GROWTH);
-        Self { piece, part, growth, tolerated }
+        Self { piece, part, growth, tolerated, blind: 0, done: false }
     }
 
-    /// Its two sides, cut across the middle of that side of its box which leaves them standing out least.
+    /// Its two sides, cut across the middle of that side of its box which leaves them standing out least, if that helps.
     fn halves(&self, solid: &Solid, levels: &Levels, settings: &ShapeSettings) -> Option<[Self; 2]> {
         let growth = |halves: &[Self; 2]| halves[0].growth.max(halves[1].growth);
         let cuts = Vec3::AXES.into_iter().filter_map(|axis| match self.piece.halves(axis, solid) {
             [Some(one), Some(other)] => Some([one, other].map(|half| Self::new(half, levels, settings))),
             _ => None,
         });
-        cuts.min_by(|a, b| growth(a).total_cmp(&growth(b))).filter(|halves| growth(halves) < WORTH * self.growth)
+        let mut halves = cuts.min_by(|a, b| growth(a).total_cmp(&growth(b)))?;
+        for half in &mut halves {
+            half.blind = if half.growth < WORTH * self.growth { 0 } else { self.blind + 1 };
+        }
+        let most = if self.growth > FAR_OUT * self.tolerated { BLIND_CUTS } else { 0 };
+        halves.iter().all(|half| half.blind <= most).then_some(halves)
     }
 }
 
@@ -83,9 +95,8 @@ pub(super) fn fit(
         return pieces.iter().map(|piece| reduce(&piece.hull, levels, vertices, vertices)).collect();
     }
     let mut fitted: Vec<Fitted> = pieces.into_iter().map(|piece| Fitted::new(piece, levels, settings)).collect();
-    let mut whole = vec![false; fitted.len()];
     while fitted.len() < most {
-        let candidates = (0..fitted.len()).filter(|&i| !whole[i] && fitted[i].growth > fitted[i].tolerated);
+        let candidates = (0..fitted.len()).filter(|&i| !fitted[i].done && fitted[i].growth > fitted[i].tolerated);
         let Some(worst) = candidates.max_by(|&a, &b| fitted[a].growth.total_cmp(&fitted[b].growth)) else {
             break;
         };
@@ -93,9 +104,8 @@ pub(super) fn fit(
             Some([one, other]) => {
                 fitted[worst] = one;
                 fitted.push(other);
-                whole.push(false);
             }
-            None => whole[worst] = true,
+            None => fitted[worst].done = true,
         }
     }
     fitted.into_iter().map(|fitted| fitted.part).collect()

@@ -56,7 +56,8 @@ pub(super) fn decompose(
     let most = ((settings.oversplit * budget as f32) as usize).min(settings.max_pieces).max(budget);
     let (low, high) = whole.hull.bounds();
     let compartment = COMPARTMENT * (high - low).element_product().powf(4.0 / 3.0);
-    let limits = Limits { budget, extra: settings.extra_parts, free: enough, compartment };
+    let limits =
+        Limits { budget, extra: settings.extra_parts, free: enough, compartment, shared: layer / whole.hull.volume() };
     let mut best: Option<(f32, bool, Vec<Piece>)> = None;
     let mut consider = |pieces: Vec<Piece>| {
         let pieces = split(pieces, solid, levels.up, most, enough);

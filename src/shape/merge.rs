@@ -26,6 +26,8 @@ pub(super) struct Limits {
     pub free: f32,
     /// A part beyond the budget has to save this much, m⁴.
     pub compartment: f32,
+    /// What a part costs for what it holds beyond its pieces' own hulls, m⁴ for each m³.
+    pub shared: f32,
 }
 
 /// A distribution of pieces over parts.
@@ -40,12 +42,15 @@ pub(super) struct Merged {
 
 /// Distributes the pieces over parts.
 pub(super) fn merge(pieces: &[Piece], solid: &Solid, limits: &Limits) -> Merged {
-    let &Limits { budget, extra, free, compartment } = limits;
+    let &Limits { budget, extra, free, compartment, shared } = limits;
     let probes = directions(42);
     let points: Vec<Vec<Vec3>> = pieces.iter().map(|p| outline(&p.hull, &probes)).collect();
+    let volumes: Vec<f32> = points.iter().map(|p| Hull::coarse(p, &probes).map_or(0.0, |hull| hull.volume())).collect();
     let bulge = |members: &mut dyn Iterator<Item = usize>| {
-        let all: Vec<Vec3> = members.flat_map(|m| points[m].iter().copied()).collect();
-        Hull::coarse(&all, &probes).map_or(f32::INFINITY, |h| solid.protrusion(&h).0)
+        let mut own = 0.0;
+        let all: Vec<Vec3> = members.inspect(|&m| own += volumes[m]).flat_map(|m| points[m].iter().copied()).collect();
+        let cost = |hull: Hull| solid.protrusion(&hull).0 + shared * (hull.volume() - own).max(0.0);
+        Hull::coarse(&all, &probes).map_or(f32::INFINITY, cost)
     };
     let mut groups: Vec<Option<Group>> =
         (0..pieces.len()).map(|i| Some(Group { members: vec![i], bulge: bulge(&mut std::iter::once(i)) })).collect();
