@@ -383,6 +383,20 @@ fn what_leans_needs_its_wall_and_keeps_leaning() {
     }
 }
 
+/// What the search left against a given wall, though nobody said that it leans there, falls in every engine that knows
+/// objects only.
+#[test]
+fn what_leans_by_chance_is_set_up_again() {
+    let mut boxes = Boxes::new(0.4).with_room(2.5);
+    boxes.add("cabinet", "ground", [0.4, 1.0, 0.4], [0.0, 0.537, -1.6], 0.0, -0.45);
+    let ready = boxes.done();
+    let as_it_is = Config { seat: false, second_opinion: false, ..config() };
+    let left = &ready.run(&as_it_is).outcome.objects[0];
+    assert!(left.turned < 0.3 && !left.stable, "it leans on, and that is said: {left:?}");
+    let up = &ready.run(&Config { second_opinion: true, ..as_it_is }).outcome.objects[0];
+    assert!(up.stable && up.stable_otherwise && !up.fallen, "{up:?}");
+}
+
 #[test]
 fn a_run_with_walls_repeats_and_resumes_to_the_bit() {
     let ready = furnished(0.3).with_room(2.5).done();

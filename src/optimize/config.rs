@@ -22,7 +22,8 @@ pub struct Config {
     pub room: bool,
     /// True: meshes that touch in the result are parted. False: they are only reported.
     pub exact: bool,
-    /// True: what does not stand with another decomposition of the meshes or on slopes, or is off its support, is searched again.
+    /// True: what does not stand with another decomposition of the meshes or on slopes, or is off its support, is
+    /// searched again.
     pub second_opinion: bool,
     /// True: no local groups; every object is searched by itself, all in one search of the whole scene.
     pub global_only: bool,

@@ -38,7 +38,7 @@ impl Run<'_> {
             let world = global.world(&self.rigs, &self.walls, &layout, &self.seated);
             let clock = Instant::now();
             observer.event(Event::Settling);
-            let starts = self.starts(&self.rigs, global, &layout);
+            let starts = global.starts(&self.rigs, &self.walls, &layout);
             (settled_after, at_rest) = self.settle(global, &world, &starts, &mut layout, &mut state.notes)?;
             let opinions = Opinions::new(self, global, &layout);
             if finished && self.config.second_opinion {
@@ -53,7 +53,8 @@ impl Run<'_> {
 
             let clock = Instant::now();
             observer.event(Event::Verifying);
-            let (simulation, starts) = (self.config.fine(), self.starts(&self.rigs, global, &layout));
+            let world = global.world(&self.rigs, &self.leant_on, &layout, &self.seated);
+            let (simulation, starts) = (self.config.fine(), global.starts(&self.rigs, &self.leant_on, &layout));
             let checked = verify(self.backend, &world, &simulation, &self.config.verify, &starts)?;
             verified = checked.usable[0].then_some(checked);
             otherwise = opinions.second(&layout)?;

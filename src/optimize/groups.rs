@@ -78,6 +78,12 @@ impl Group {
         self.held.map_or(0.0, |held| (-rigs[held].lowest(&rigs[held].body(&layout[held]))).max(0.0))
     }
 
+    /// Poses of the bodies for a layout, the walls' last.
+    pub fn starts(&self, rigs: &[Rig], walls: &[BodyDef], layout: &[scene::Pose]) -> Vec<Pose> {
+        let objects = self.objects.iter().map(|&object| rigs[object].body(&layout[object]));
+        objects.chain(walls.iter().map(|wall| wall.start)).collect()
+    }
+
     /// The tables: starts from `layout`; the layout term compares with `reference`. The walls come after the objects.
     pub fn world(&self, rigs: &[Rig], walls: &[BodyDef], layout: &[scene::Pose], reference: &[scene::Pose]) -> World {
         let lift = self.lift(rigs, layout);

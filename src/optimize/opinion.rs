@@ -22,14 +22,14 @@ use super::{
 };
 use crate::cpu::sample::sample;
 use crate::scene;
-use crate::world::{BackendError, Flow, Pose, SimSettings, Stream, World};
+use crate::world::{BackendError, BodyDef, Flow, Pose, SimSettings, Stream, World};
 use glam::{DQuat, Vec2, Vec3};
 
 /// Copies that a round looks at.
-const COPIES: u32 = 32;
+const COPIES: u32 = 64;
 
 /// The cheapest so many of a round are let go in further runs.
-const FINALISTS: usize = 4;
+const FINALISTS: usize = 8;
 
 /// Most rounds, and how many in a row that find nothing better are the last.
 const ROUNDS: u32 = 6;
@@ -53,6 +53,9 @@ const FELL: f64 = 4.0;
 /// And one that moves, with the parts that the result names, and with others: those may be at fault themselves.
 const MOVES: f64 = 3.0;
 const MOVES_OTHERWISE: f64 = 2.0;
+
+/// What moves by more than this share of what the check allows counts as moving: other engines differ by as much.
+const CALM: f64 = 0.5;
 
 /// And one that moves in a further run.
 const DOUBT: f64 = 1.0;
@@ -97,9 +100,10 @@ struct Release {
     farther: f64,
 }
 
-/// All objects with the parts, masses and friction of a run.
-struct Model {
+/// All objects with the parts, masses and friction of a run, and its walls.
+struct Model<'a> {
     rigs: Vec<Rig>,
+    walls: &'a [BodyDef],
     world: World,
     simulation: SimSettings,
     /// What an object costs that moves.
@@ -111,10 +115,12 @@ struct Model {
 pub(super) struct Opinions<'a> {
     run: &'a Run<'a>,
     group: &'a Group,
-    models: Vec<Model>,
+    models: Vec<Model<'a>>,
     /// Further runs, with the alternative parts on slopes: the best of many copies owes its place partly to luck in the runs
     /// that it was chosen by.
-    further: Vec<Model>,
+    further: Vec<Model<'a>>,
+    /// How copies settle: with the parts that the result names, and all walls.
+    settling: Model<'a>,
 }
 
 impl<'a> Opinions<'a> {
@@ -122,12 +128,14 @@ impl<'a> Opinions<'a> {
     pub fn new(run: &'a Run<'a>, group: &'a Group, layout: &[scene::Pose]) -> Self {
         let as_it_is = run.config.fine();
         let slippery = SimSettings { friction: SLIPPERY * as_it_is.friction, ..as_it_is.clone() };
-        let model = |rigs: Vec<Rig>, simulation: &SimSettings, price: f64| Model {
-            world: group.world(&rigs, &run.walls, layout, &run.seated),
+        let between = |walls: &'a [BodyDef], rigs: Vec<Rig>, simulation: &SimSettings, price: f64| Model {
+            world: group.world(&rigs, walls, layout, &run.seated),
             rigs,
+            walls,
             simulation: simulation.clone(),
             price,
         };
+        let model = |rigs, simulation: &SimSettings, price| between(&run.leant_on, rigs, simulation, price);
         let slopes = [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y].map(|way| SLOPE * way);
         let on = |rigs: &[Rig], slope| rigs.iter().zip(layout).map(|(rig, pose)| rig.on_slope(pose, slope)).collect();
         let mut models = vec![model(run.rigs.clone(), &as_it_is, MOVES)];
@@ -135,7 +143,8 @@ impl<'a> Opinions<'a> {
         models.extend(slopes.map(|slope| model(on(&run.rigs, slope), &slippery, MOVES)));
         let further = run.alternatives.iter().flat_map(|rigs| slopes.map(|slope| (rigs, slope)));
         let further = further.map(|(rigs, slope)| model(on(rigs, slope), &slippery, DOUBT)).collect();
-        Self { run, group, models, further }
+        let settling = between(&run.walls, run.rigs.clone(), &as_it_is, MOVES);
+        Self { run, group, models, further, settling }
     }
 
     /// Searches what does not stand in all runs once more. The layout stays as it is unless a better one is found.
@@ -143,7 +152,7 @@ impl<'a> Opinions<'a> {
         let mut best = self.judge(vec![layout.clone()])?.swap_remove(0);
         // Other engines' parts reach farther sideways.
         if let Some(spread) = projection::spread(self.run.scene, &self.run.rigs, layout, self.group) {
-            let roomy = self.judge(self.settled(0, &[spread])?)?.swap_remove(0);
+            let roomy = self.judge(self.settled(&self.settling, &[spread])?)?.swap_remove(0);
             if roomy.failing.len() <= best.failing.len() {
                 best = roomy;
             }
@@ -157,13 +166,13 @@ impl<'a> Opinions<'a> {
                 break;
             }
             let copies = self.copies(&best, round)?;
-            let mut trials = self.judge(self.settled(0, &copies)?)?;
+            let mut trials = self.judge(self.settled(&self.settling, &copies)?)?;
             // What stands here and there in different trials may stand together; what does not may still stand one at a time.
             let one_by_one = best.failing.chunks(1).map(|object| mixed(&best, &trials, object));
             let mixtures: Vec<Layout> = one_by_one.chain([mixed(&best, &trials, &best.failing)]).collect();
-            trials.extend(self.judge(self.settled(0, &mixtures)?)?);
+            trials.extend(self.judge(self.settled(&self.settling, &mixtures)?)?);
             let again = [mixed(&best, &trials, &best.failing)];
-            trials.extend(self.judge(self.settled(0, &again)?)?);
+            trials.extend(self.judge(self.settled(&self.settling, &again)?)?);
             trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             trials.truncate(FINALISTS);
             trials.insert(0, best);
@@ -198,7 +207,7 @@ impl<'a> Opinions<'a> {
     /// for good, and take others along.
     fn copies(&self, trial: &Trial, round: u32) -> Result<Vec<Layout>, BackendError> {
         let settled = |model| Ok(self.settled(model, std::slice::from_ref(&trial.layout))?.swap_remove(0));
-        let elsewhere: Vec<Layout> = (1..self.models.len()).map(settled).collect::<Result<_, BackendError>>()?;
+        let elsewhere: Vec<Layout> = self.models[1..].iter().map(settled).collect::<Result<_, BackendError>>()?;
         let places: Vec<Layout> =
             trial.astray.iter().map(|&object| self.run.free_places(object, &trial.layout)).collect();
         let copy = |copy| {
@@ -244,12 +253,12 @@ impl<'a> Opinions<'a> {
     }
 
     fn starts(&self, model: &Model, layout: &Layout) -> Vec<Pose> {
-        self.run.starts(&model.rigs, self.group, layout)
+        self.group.starts(&model.rigs, model.walls, layout)
     }
 
     /// Where the layouts come to rest; what cannot be simulated stays.
-    fn settled(&self, model: usize, layouts: &[Layout]) -> Result<Vec<Layout>, BackendError> {
-        let model @ Model { rigs, world, simulation, .. } = &self.models[model];
+    fn settled(&self, model: &Model, layouts: &[Layout]) -> Result<Vec<Layout>, BackendError> {
+        let Model { rigs, world, simulation, .. } = model;
         let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
         let settled = settle(self.run.backend, world, simulation, &self.run.config.settle, &starts)?;
         let bodies = world.bodies.len();
@@ -318,7 +327,7 @@ impl<'a> Opinions<'a> {
             for ((motions, usable), released) in motions.zip(&mut released) {
                 for (body, object) in self.group.moving() {
                     let motion = &motions[body];
-                    let stays = *usable && motion.is_still(&config.verify);
+                    let stays = *usable && motion.is_within(CALM, &config.verify);
                     released[object].moves += if stays { 0.0 } else { *price };
                     released[object].farther += self.weighed(motion.drift, motion.turn) / models.len() as f64;
                 }

@@ -60,6 +60,9 @@ pub(super) struct Run<'a> {
     pub placements: Vec<Option<Placement>>,
     /// Walls that bear, in every group's world.
     pub walls: Vec<BodyDef>,
+    /// Those of them that something was set to lean on. Only these are there when a layout is let go: what came to lean on
+    /// another by chance falls wherever there are no walls.
+    pub leant_on: Vec<BodyDef>,
     pub groups: Vec<Group>,
     pub backend: &'a dyn Backend,
     pub config: &'a Config,
@@ -89,6 +92,7 @@ impl<'a> Run<'a> {
             forms: Form::all(shapes),
             placements: vec![None; shapes.len()],
             walls: Vec::new(),
+            leant_on: Vec::new(),
             rigs,
             alternatives: [0, 1]
                 .map(|number| shapes.iter().map(|s| Rig::alternative(&s.alternatives[number])).collect()),
@@ -127,7 +131,8 @@ impl<'a> Run<'a> {
         if self.config.seat {
             self.seat(&room, |object| !stands(self.scene, object), &mut layout)?;
         }
-        self.walls = room.bodies(&self.forms, &layout);
+        self.walls = room.bodies(|_| true, &self.forms, &layout);
+        self.leant_on = room.bodies(|side| side.leant_on, &self.forms, &layout);
         (self.room, self.seated) = (room, layout);
         Ok(())
     }
@@ -238,11 +243,5 @@ impl<'a> Run<'a> {
             ResultFrom::Placed if group.held.is_none() => &best.placed,
             _ => &best.settled,
         }
-    }
-
-    /// Poses of a group's bodies for a layout, the walls' last.
-    pub fn starts(&self, rigs: &[Rig], group: &Group, layout: &[scene::Pose]) -> Vec<Pose> {
-        let objects = group.objects.iter().map(|&object| rigs[object].body(&layout[object]));
-        objects.chain(self.walls.iter().map(|wall| wall.start)).collect()
     }
 }

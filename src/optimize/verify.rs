@@ -20,7 +20,12 @@ pub(super) struct Motion {
 impl Motion {
     /// True if the body counts as stable.
     pub fn is_still(&self, limits: &VerifySettings) -> bool {
-        self.drift <= limits.max_drift.into() && self.turn <= limits.max_turn.into()
+        self.is_within(1.0, limits)
+    }
+
+    /// True if the body moved by no more than this share of what is allowed.
+    pub fn is_within(&self, share: f64, limits: &VerifySettings) -> bool {
+        self.drift <= share * f64::from(limits.max_drift) && self.turn <= share * f64::from(limits.max_turn)
     }
 }
 

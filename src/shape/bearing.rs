@@ -118,8 +118,7 @@ impl Cover {
     fn cut_across(&self, normals: &[Vec3], solid: &Solid, up: Vec3) -> Option<Vec<Self>> {
         let mut sides = vec![self.piece.triangles.clone()];
         for &normal in normals {
-            let along = self.piece.hull.vertices.iter().map(|p| normal.dot(*p));
-            let (low, high) = along.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), a| (l.min(a), h.max(a)));
+            let (low, high) = self.piece.hull.extent(normal);
             sides = sides.iter().flat_map(|side| clip(side, normal, 0.5 * (low + high))).collect();
         }
         sides.into_iter().map(|side| Some(Self::new(Piece::new(side, solid)?, solid, up))).collect()

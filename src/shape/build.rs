@@ -21,7 +21,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 23";
+const ALGORITHM: &str = "shape 24";
 /// Most parts of an `Alternative`.
 const ALTERNATIVE_PARTS: usize = 16;
 /// Parts that leave more of the mesh than this share of its size uncovered are worth a note.
@@ -51,9 +51,10 @@ struct Body {
 impl Body {
     /// The body of these hulls, with all faces of its parts moved outwards a little if they are to be padded.
     fn new(mut hulls: Vec<Hull>, pad: bool) -> Self {
-        let (volume, unit) = mass::of_union(&hulls);
+        let (volume, mut unit) = mass::of_parts(&hulls);
         if pad {
             hulls = soles::flattened(hulls.into_iter().map(padding::padded).collect(), unit.center);
+            (_, unit) = mass::of_parts(&hulls);
         }
         let parts = hulls.into_iter().map(|hull| hull.vertices).collect();
         Self { parts, volume, center: unit.center, axes: unit.axes, inertia: unit.inertia }

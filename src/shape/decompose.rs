@@ -9,6 +9,7 @@ use super::bearing::follow_tops;
 use super::cover::fit;
 use super::hull::Hull;
 use super::merge::{Limits, merge};
+use super::recut::recut;
 use super::reduce::Levels;
 use super::solid::Solid;
 use super::split::{Piece, clip, components, split};
@@ -82,7 +83,7 @@ pub(super) fn decompose(
     let Some((_, closed, pieces)) = best else {
         return Vec::new();
     };
-    let pieces = without_hidden(pieces);
+    let pieces = recut(without_hidden(pieces), solid, limits.shared);
     let hulls = fit(pieces);
     if closed {
         notes.push(format!("a compartment is closed: {} parts are too few for it", hulls.len()));

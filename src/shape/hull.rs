@@ -119,6 +119,12 @@ impl Hull {
         self.planes.iter().map(|n| n.truncate().dot(point) - n.w).fold(f32::NEG_INFINITY, f32::max)
     }
 
+    /// Least and largest coordinate along a direction, m.
+    pub fn extent(&self, direction: Vec3) -> (f32, f32) {
+        let along = self.vertices.iter().map(|v| direction.dot(*v));
+        along.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), a| (l.min(a), h.max(a)))
+    }
+
     /// Lowest and highest corner of the box around it.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         bounds(&self.vertices)

@@ -24,6 +24,7 @@ mod mesh;
 mod obj;
 mod padding;
 mod read;
+mod recut;
 mod reduce;
 mod soles;
 mod solid;
@@ -64,7 +65,7 @@ pub struct Part {
 pub struct Alternative {
     /// Convex parts, largest first.
     pub parts: Vec<Part>,
-    /// Mass, centre and inertia of their union at uniform density; the mass is the shape's.
+    /// Their mass, centre and inertia at uniform density; the mass is the shape's.
     pub mass: MassProperties,
 }
 
@@ -73,7 +74,7 @@ pub struct Alternative {
 pub struct Shape {
     /// Convex parts, largest first.
     pub parts: Vec<Part>,
-    /// Mass, centre and inertia of the union of the parts at uniform density.
+    /// Mass, centre and inertia of the parts at uniform density.
     pub mass: MassProperties,
     /// Second opinions: by the same method, and by V-HACD.
     pub alternatives: [Alternative; 2],

@@ -39,8 +39,7 @@ impl Piece {
 
     /// The pieces on both sides of the plane through the middle of its extent along `axis`.
     pub fn halves(&self, axis: Vec3, solid: &Solid) -> [Option<Self>; 2] {
-        let along = self.hull.vertices.iter().map(|v| axis.dot(*v));
-        let (low, high) = along.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), a| (l.min(a), h.max(a)));
+        let (low, high) = self.hull.extent(axis);
         clip(&self.triangles, axis, 0.5 * (low + high)).map(|side| Self::new(side, solid))
     }
 
@@ -88,9 +87,7 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
 /// leaves a layer too thin for the grid to see.
 fn best_cut(piece: &Piece, solid: &Solid, up: Vec3) -> Option<(Vec3, f32)> {
     let probes = directions(42);
-    let stride = piece.triangles.len().div_ceil(PLANNED);
-    let planned: Vec<[Vec3; 3]> = piece.triangles.iter().copied().step_by(stride.max(1)).collect();
-    let wire = Wire::new(&planned);
+    let wire = Wire::new(&piece.triangles);
     let (u, v) = up.any_orthonormal_pair();
     let (u, v) = if u.abs().max_element() > 0.999 { (u, v) } else { (Vec3::X, Vec3::Z) };
     let normals = Vec3::AXES.into_iter().chain([(u + v).normalize(), (u - v).normalize()]);
@@ -120,8 +117,7 @@ struct Span {
 
 impl Span {
     fn new(piece: &Piece, normal: Vec3, cell: f32) -> Self {
-        let along = piece.hull.vertices.iter().map(|v| normal.dot(*v));
-        let (low, high) = along.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), a| (l.min(a), h.max(a)));
+        let (low, high) = piece.hull.extent(normal);
         Self { normal, low, high, margin: (0.2 * cell).max(0.5 * MIN_THICKNESS).min(0.05 * (high - low)) }
     }
 
@@ -149,18 +145,20 @@ impl Span {
     }
 }
 
-/// The vertices and edges of a set of triangles, each once.
-struct Wire {
-    vertices: Vec<Vec3>,
-    edges: Vec<[u32; 2]>,
+/// The vertices and edges of a set of triangles, or of so many of them as cuts are planned on, each once.
+pub(super) struct Wire {
+    pub vertices: Vec<Vec3>,
+    pub edges: Vec<[u32; 2]>,
 }
 
 impl Wire {
-    fn new(triangles: &[[Vec3; 3]]) -> Self {
-        let (corners, count) = numbered(triangles);
+    pub fn new(triangles: &[[Vec3; 3]]) -> Self {
+        let stride = triangles.len().div_ceil(PLANNED).max(1);
+        let planned: Vec<[Vec3; 3]> = triangles.iter().copied().step_by(stride).collect();
+        let (corners, count) = numbered(&planned);
         let mut vertices = vec![Vec3::ZERO; count];
-        let mut edges = Vec::with_capacity(3 * triangles.len());
-        for (t, c) in triangles.iter().zip(&corners) {
+        let mut edges = Vec::with_capacity(3 * planned.len());
+        for (t, c) in planned.iter().zip(&corners) {
             for k in 0..3 {
                 vertices[c[k] as usize] = t[k];
                 edges.push([c[k].min(c[(k + 1) % 3]), c[k].max(c[(k + 1) % 3])]);

@@ -30,7 +30,15 @@ pub(super) fn walls(scene: &Scene, forms: &[Form], layout: &[Pose]) -> Vec<Side>
         let enclosed = |&i: &usize| stands(scene, i) || (on.contains(&i) && hangs_on(scene, i).is_none());
         let end = everything().filter(enclosed).map(|i| back(i, normal)).fold(median, f64::min) - CONTACT;
         let (name, point) = (name(normal).to_owned(), normal * end);
-        (!on.is_empty()).then_some(Side { name, kind: Root::Wall, point, normal, fitted: true, bears: false })
+        (!on.is_empty()).then_some(Side {
+            name,
+            kind: Root::Wall,
+            point,
+            normal,
+            fitted: true,
+            bears: false,
+            leant_on: false,
+        })
     };
     normals.into_iter().zip(&on_side).filter_map(side).collect()
 }

@@ -37,6 +37,8 @@ pub struct Side {
     pub fitted: bool,
     /// True for a wall that things can lean on in the simulation.
     pub bears: bool,
+    /// True if something was set to lean on it.
+    pub leant_on: bool,
 }
 
 impl Side {
@@ -148,6 +150,7 @@ impl Room {
                 normal: wall.normal,
                 fitted: false,
                 bears: true,
+                leant_on: false,
             })
             .collect();
         let needs = |roots: &[Root]| {
@@ -160,7 +163,15 @@ impl Room {
         if !fitted || needs(&[Root::Ceiling]) {
             let height = scene.room.ceiling.unwrap_or_else(|| fit::ceiling(forms, layout));
             let (point, normal) = (DVec3::Y * height, DVec3::NEG_Y);
-            sides.push(Side { name: "ceiling".into(), kind: Root::Ceiling, point, normal, fitted, bears: false });
+            sides.push(Side {
+                name: "ceiling".into(),
+                kind: Root::Ceiling,
+                point,
+                normal,
+                fitted,
+                bears: false,
+                leant_on: false,
+            });
         }
         let mut room = Self { sides, hung: vec![None; layout.len()] };
         for side in &mut room.sides {
@@ -205,16 +216,17 @@ impl Room {
         for &object in leaning {
             if let Some(wall) = self.nearest(Root::Wall, &forms[object], &layout[object]) {
                 self.sides[wall].bears = true;
+                self.sides[wall].leant_on = true;
             }
         }
         let hung = (0..scene.objects.len()).any(|i| hangs_on(scene, i) == Some(Root::Wall));
         self.sides.retain(|side| side.kind != Root::Wall || !side.fitted || side.bears || hung);
     }
 
-    /// Static bodies for the walls that bear, around the objects of a layout.
-    pub(super) fn bodies(&self, forms: &[Form], layout: &[Pose]) -> Vec<BodyDef> {
+    /// Static bodies for such walls that bear, around the objects of a layout.
+    pub(super) fn bodies(&self, which: fn(&Side) -> bool, forms: &[Form], layout: &[Pose]) -> Vec<BodyDef> {
         let extents = bounds(forms.iter().zip(layout).flat_map(|(form, pose)| form.solid(pose)));
-        self.sides.iter().filter(|side| side.bears).map(|side| body(side, extents)).collect()
+        self.sides.iter().filter(|side| side.bears && which(side)).map(|side| body(side, extents)).collect()
     }
 }
 

@@ -1,0 +1,122 @@
+//! Parts that reach into each other, cut anew.
+//!
+//! A merged part spans what lies between its pieces, also where another part is. Such two are joined and cut by one plane,
+//! so that they share nothing, if that bulges and holds less in all.
+
+use super::hull::{Hull, directions, plane_sides};
+use super::solid::Solid;
+use super::split::{Piece, Wire, clip};
+use glam::Vec3;
+
+/// Two pieces are cut anew if they share more than this of the smaller one.
+const SHARED: f32 = 0.03;
+/// Points of a piece that are tried for what it shares.
+const SAMPLES: usize = 400;
+/// Planes that are tried beside those across the axes and across the way from one to the other: as many, with normals spread
+/// evenly.
+const PLANES: usize = 64;
+/// Times that every pair may be cut.
+const SWEEPS: usize = 2;
+/// A cut must save more than this share of what the two cost.
+const WORTH: f32 = 0.02;
+
+/// Cuts pieces that reach into each other anew; what they hold costs `shared` (m⁴ for each m³) beside their bulge.
+pub(super) fn recut(mut pieces: Vec<Piece>, solid: &Solid, shared: f32) -> Vec<Piece> {
+    let probes = directions(2 * PLANES);
+    for _ in 0..SWEEPS {
+        let mut changed = false;
+        for i in 0..pieces.len() {
+            for j in 0..i {
+                if share(&pieces[i].hull, &pieces[j].hull) > SHARED
+                    && let Some([one, other]) = apart(&pieces[i], &pieces[j], solid, shared, &probes)
+                {
+                    (pieces[i], pieces[j]) = (one, other);
+                    changed = true;
+                }
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    pieces
+}
+
+/// Share of the smaller of two hulls that lies in the other, roughly: of points spread over its box.
+fn share(a: &Hull, b: &Hull) -> f32 {
+    let ((al, ah), (bl, bh)) = (a.bounds(), b.bounds());
+    let (low, high) = (al.max(bl), ah.min(bh));
+    if low.cmpge(high).any() {
+        return 0.0;
+    }
+    let at = |i: usize| {
+        let u = [0.819_172_5, 0.671_043_6, 0.549_700_5].map(|step: f32| (0.5 + step * (i + 1) as f32).fract());
+        low + (high - low) * Vec3::from(u)
+    };
+    let within = (0..SAMPLES).map(at).filter(|&p| a.excess(p) < 0.0 && b.excess(p) < 0.0).count();
+    let volume = (high - low).element_product() * within as f32 / SAMPLES as f32;
+    volume / a.volume().min(b.volume()).max(f32::MIN_POSITIVE)
+}
+
+/// Two pieces as the two sides of a plane through the middle of what they share along its normal, if that costs less.
+fn apart(a: &Piece, b: &Piece, solid: &Solid, shared: f32, probes: &[Vec3]) -> Option<[Piece; 2]> {
+    let cost = |hull: &Hull| solid.protrusion(hull).0 + shared * hull.volume();
+    let now = cost(&a.hull) + cost(&b.hull);
+    let triangles: Vec<[Vec3; 3]> = a.triangles.iter().chain(&b.triangles).copied().collect();
+    let wire = Wire::new(&triangles);
+    let mut best: Option<(f32, Vec3, f32)> = None;
+    let middle = |hull: &Hull| 0.5 * (hull.bounds().0 + hull.bounds().1);
+    let across = (middle(&a.hull) - middle(&b.hull)).try_normalize();
+    let spread = probes.iter().copied().filter(|n| n.y > 0.0);
+    for normal in Vec3::AXES.into_iter().chain(across).chain(spread) {
+        let (a, b) = (a.hull.extent(normal), b.hull.extent(normal));
+        let offset = 0.5 * (a.0.max(b.0) + a.1.min(b.1));
+        let (below, above) = plane_sides(&wire.vertices, &wire.edges, normal, offset);
+        let (Some(below), Some(above)) = (Hull::coarse(&below, probes), Hull::coarse(&above, probes)) else {
+            continue;
+        };
+        let cost = cost(&below) + cost(&above);
+        if best.is_none_or(|b| cost < b.0) {
+            best = Some((cost, normal, offset));
+        }
+    }
+    let (_, normal, offset) = best.filter(|b| b.0 < now)?;
+    let [below, above] = clip(&triangles, normal, offset);
+    let (below, above) = (Piece::new(below, solid)?, Piece::new(above, solid)?);
+    (cost(&below.hull) + cost(&above.hull) < (1.0 - WORTH) * now).then_some([below, above])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An angle of two legs of 1 m, 0.2 m thick and 0.5 m wide.
+    fn angle() -> Vec<[Vec3; 3]> {
+        let outline = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.2], [0.2, 0.2], [0.2, 1.0], [0.0, 1.0]];
+        let at = |i: usize, z: f32| Vec3::new(outline[i % 6][0], outline[i % 6][1], z);
+        let caps = [[0, 1, 2], [0, 2, 3], [0, 3, 5], [3, 4, 5]];
+        let front = caps.map(|[a, b, c]| [at(a, 0.5), at(b, 0.5), at(c, 0.5)]);
+        let back = caps.map(|[a, b, c]| [at(a, 0.0), at(c, 0.0), at(b, 0.0)]);
+        let side = |i: usize| [[at(i, 0.0), at(i + 1, 0.0), at(i + 1, 0.5)], [at(i, 0.0), at(i + 1, 0.5), at(i, 0.5)]];
+        front.into_iter().chain(back).chain((0..6).flat_map(side)).collect()
+    }
+
+    #[test]
+    fn legs_that_share_a_corner_part_at_it() {
+        let triangles = angle();
+        let solid = Solid::new(&triangles, Vec3::Y, 40_000);
+        let below = |normal: Vec3| {
+            let [below, _] = clip(&triangles, normal, 0.2);
+            Piece::new(below, &solid).unwrap_or_else(|| panic!("nothing on one side of {normal}"))
+        };
+        let legs = vec![below(Vec3::X), below(Vec3::Y)];
+        let volume = |pieces: &[Piece]| pieces.iter().map(|piece| piece.hull.volume()).sum::<f32>();
+        let bulge = |pieces: &[Piece]| pieces.iter().map(|piece| piece.bulge).sum::<f32>();
+        assert!((share(&legs[0].hull, &legs[1].hull) - 0.2).abs() < 0.02);
+        assert!((volume(&legs) - 0.2).abs() < 1e-5);
+        let bulged = bulge(&legs);
+        let parted = recut(legs, &solid, 0.01);
+        assert!(parted.len() == 2 && (volume(&parted) - 0.18).abs() < 0.002, "{}", volume(&parted));
+        assert!(share(&parted[0].hull, &parted[1].hull) < 1e-3 && bulge(&parted) < bulged + 1e-5);
+    }
+}
