@@ -54,11 +54,11 @@ const FELL: f64 = 4.0;
 const MOVES: f64 = 3.0;
 const MOVES_OTHERWISE: f64 = 2.0;
 
-/// What moves by more than this share of what the check allows counts as moving: other engines differ by as much.
-const CALM: f64 = 0.5;
-
 /// And one that moves in a further run.
 const DOUBT: f64 = 1.0;
+
+/// What moves by more than this share of what the check allows counts as moving: other engines differ by as much.
+const CALM: f64 = 0.5;
 
 /// What is deeper than this in another at rest is jammed, m: parts of meshes that only touch overlap by less. And its cost.
 const JAMMED: f32 = 2e-3;
