@@ -38,7 +38,13 @@ fn room(boxes: &[(&str, [f32; 3], [f64; 3], Value)]) -> Room {
     let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5;
     let shape = |size: Vec3| {
         let parts = vec![Part { vertices: (0..8).map(|i| size * corner(i)).collect() }];
-        let mass = MassProperties { mass: 1.0, center: Vec3::ZERO, axes: Quat::IDENTITY, inertia: Vec3::splat(0.01) };
+        let mass = MassProperties {
+            mass: 1.0,
+            volume: 1e-3,
+            center: Vec3::ZERO,
+            axes: Quat::IDENTITY,
+            inertia: Vec3::splat(0.01),
+        };
         Shape {
             surface: Mesh::default(),
             alternatives: [0, 1].map(|_| Alternative { parts: parts.clone(), mass: mass.clone() }),

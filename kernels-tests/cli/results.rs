@@ -27,6 +27,10 @@ fn optimize_leaves_a_whole_result_and_its_input_alone() {
 
     let scene: Value = serde_json::from_slice(&fs::read(case.path("out/scene.json")).unwrap()).unwrap();
     assert_eq!(scene["note"], "kept");
+    let report: Value = serde_json::from_slice(&fs::read(case.path("out/report.json")).unwrap()).unwrap();
+    let reported = report["objects"].as_array().unwrap().iter().map(|object| object["mass"].as_f64().unwrap() as f32);
+    let masses = scene["objects"].as_array().unwrap().iter().map(|object| object["mass"].as_f64().unwrap() as f32);
+    assert!(masses.eq(reported), "every mass that was guessed is stated");
     for (object, original) in scene["objects"].as_array().unwrap().iter().zip(input["objects"].as_array().unwrap()) {
         assert_eq!(object["name"], original["name"]);
         assert_ne!(object["position"], original["position"], "everything floated or overlapped");

@@ -150,7 +150,8 @@ impl Boxes {
         // The mesh frame is off the centre of mass and off its axes, as real meshes are.
         let (center, axes) = (Vec3::new(0.3, 0.7, -0.2), Quat::from_rotation_y(0.4));
         let parts = vec![Part { vertices: (0..8).map(|i| axes * corner(i) + center).collect() }];
-        let mass = MassProperties { mass: 2.0, center, axes, inertia: Vec3::splat(0.02) };
+        let mass =
+            MassProperties { mass: 2.0, volume: size.element_product(), center, axes, inertia: Vec3::splat(0.02) };
         self.shapes.push(Shape {
             // Nothing to part: what the exact step does is tested by itself.
             surface: Mesh::default(),

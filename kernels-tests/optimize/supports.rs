@@ -176,6 +176,29 @@ fn what_stands_on_one_decomposition_only_is_searched_again() {
     assert!(object.moved < 0.05, "{object:?}");
 }
 
+/// A plank that reaches 4 mm too far over the edge of a stone, and a weight on its other end: it holds the plank if it is as
+/// heavy, but not if it is as much lighter as it is smaller. What the scene says of masses holds.
+#[test]
+fn what_only_a_guessed_mass_holds_is_searched_again() {
+    let mut boxes = Boxes::default();
+    let stone = boxes.add("stone", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
+    boxes.objects[stone].movable = false;
+    let plank = boxes.add("plank", Parent::Object(stone), Vec3::new(1.0, 0.02, 0.2), DVec3::new(0.504, 0.5, 0.0));
+    boxes.add("weight", Parent::Object(plank), Vec3::splat(0.03), DVec3::new(0.1, 0.52, 0.0));
+    let moved = |second_opinion: bool, mass: Option<f64>| {
+        let mut scene = boxes.scene();
+        scene.objects.iter_mut().for_each(|object| object.mass = mass);
+        let config = Config { second_opinion, ..frozen() };
+        let outcome = run(&scene, &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+        let plank = &outcome.objects[plank];
+        assert!(plank.stable && !plank.lost_support && !plank.fallen, "{plank:?}");
+        plank.moved
+    };
+    assert!(moved(false, None) < 1e-3 && moved(true, Some(2.0)) < 1e-3);
+    let far = moved(true, None);
+    assert!((0.002..0.05).contains(&far), "{far} m");
+}
+
 /// A board of 30 cm on its edge, which stands as long as nothing pushes it: on a slope of 1.1° it falls if it is thinner than
 /// 6 mm.
 #[test]

@@ -85,9 +85,12 @@ fn paths_are_valid_from_the_new_folder() {
     let written: Value = serde_json::from_str(&scene.to_json(&out)).unwrap();
     assert_eq!(written["objects"][0]["convex_parts"], json!(["parts/mug_0.obj", "parts/mug_1.obj"]));
     assert_eq!(written["objects"][1]["convex_parts"], json!(["../../meshes/mug_1.obj"]));
+    assert_eq!((&written["objects"][0]["mass"], written["objects"][1].get("mass")), (&json!(0.3), None));
+    scene.objects[1].mass = Some(2.5);
     scene.objects[0].convex_parts.clear();
     let written: Value = serde_json::from_str(&scene.to_json(&out)).unwrap();
     assert_eq!(written["objects"][0].get("convex_parts"), None);
+    assert_eq!(written["objects"][1]["mass"], 2.5);
 }
 
 /// `..` from a folder that is reached through a link leads elsewhere than the path reads.

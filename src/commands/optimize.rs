@@ -147,8 +147,9 @@ fn files(
         .map_err(|error| Failure::Other(format!("report.json: cannot be written as JSON: {error}")))?;
     report.push(b'\n');
     let parts = part_files(&scene, shapes);
-    for (object, parts) in scene.objects.iter_mut().zip(&parts) {
+    for ((object, parts), shape) in scene.objects.iter_mut().zip(&parts).zip(shapes) {
         object.convex_parts = parts.iter().map(|(name, _)| dir.join(name)).collect();
+        object.mass.get_or_insert(shape.mass.mass.into());
     }
     let mut files: Vec<(PathBuf, Vec<u8>)> = parts.into_iter().flatten().collect();
     files.push(("energy.csv".into(), energy_csv(outcome).into_bytes()));

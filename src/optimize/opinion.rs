@@ -1,13 +1,15 @@
 //! A second opinion: what stands only on the facets of one decomposition, or on a point, does not stand in another
 //! engine.
 //!
-//! The settled layout is let go with both decompositions of its meshes, and on slippery slopes that fall four ways. What
-//! moves in any of these runs is searched once more, with a wider spread, and so is what leans or has lost its support.
-//! Copies of the layout have those objects shifted and turned at random, about where they are and about where they come
-//! to rest in one of the runs, or where there is room for them near the place at which they were set onto it. Each copy
-//! settles and is let go in the same way, and so are mixtures in which every object is as in the copy in which it costs
-//! least. What costs is what has lost its support, moves or has fallen over, and the way from the reconstruction. The
-//! cheapest are let go with the other decompositions on the slopes too, and the cheapest of those goes on.
+//! The settled layout is let go with all decompositions of its meshes, and on slippery slopes that fall four ways. On these,
+//! and with V-HACD's parts, objects without a stated mass weigh as much as their parts are large: the mass of a category is a
+//! guess, and a lamp that only a heavy bowl holds falls elsewhere. What moves in any of these runs is searched once more,
+//! with a wider spread, and so is what leans or has lost its support. Copies of the layout have those objects shifted and
+//! turned at random, about where they are and about where they come to rest in one of the runs, or where there is room for
+//! them near the place at which they were set onto it. Each copy settles and is let go in the same way, and so are mixtures
+//! in which every object is as in the copy in which it costs least. What costs is what has lost its support, moves or has
+//! fallen over, and the way from the reconstruction. The cheapest are let go with the other decompositions on the slopes too,
+//! and the cheapest of those goes on.
 
 use super::{
     Event, Observer,
@@ -110,8 +112,8 @@ struct Model<'a> {
     price: f64,
 }
 
-/// The movable objects as they are in each run: with the parts that the result names, with their alternative ones, and with the
-/// former on slopes.
+/// The movable objects as they are in each run: with the parts that the result names, with their alternative ones, and with
+/// the former on slopes.
 pub(super) struct Opinions<'a> {
     run: &'a Run<'a>,
     group: &'a Group,
@@ -140,7 +142,9 @@ impl<'a> Opinions<'a> {
         let on = |rigs: &[Rig], slope| rigs.iter().zip(layout).map(|(rig, pose)| rig.on_slope(pose, slope)).collect();
         let mut models = vec![model(run.rigs.clone(), &as_it_is, MOVES)];
         models.extend(run.alternatives.iter().map(|rigs| model(rigs.clone(), &as_it_is, MOVES_OTHERWISE)));
-        models.extend(slopes.map(|slope| model(on(&run.rigs, slope), &slippery, MOVES)));
+        let stated = run.rigs.iter().zip(&run.scene.objects).map(|(rig, object)| rig.with_stated_mass(object.mass));
+        let stated: Vec<Rig> = stated.collect();
+        models.extend(slopes.map(|slope| model(on(&stated, slope), &slippery, MOVES)));
         let further = run.alternatives.iter().flat_map(|rigs| slopes.map(|slope| (rigs, slope)));
         let further = further.map(|(rigs, slope)| model(on(rigs, slope), &slippery, DOUBT)).collect();
         let settling = between(&run.walls, run.rigs.clone(), &as_it_is, MOVES);

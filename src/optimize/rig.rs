@@ -5,6 +5,9 @@ use crate::shape::{Alternative, MassProperties, Part, Shape};
 use crate::world::{BodyDef, Pose};
 use glam::{DQuat, DVec3, Vec2, Vec3};
 
+/// Density of what has no mass stated, kg/m³: that of MuJoCo and PhysX.
+const EVEN_DENSITY: f32 = 1000.0;
+
 /// One object as a rigid body. The body's frame is its centre of mass with principal axes; the object's frame is that of
 /// its scaled mesh.
 #[derive(Clone, Debug)]
@@ -14,6 +17,8 @@ pub struct Rig {
     /// Convex parts in the body's frame, m.
     pub parts: Vec<Vec<Vec3>>,
     mass: f32,
+    /// Of the parts, m³.
+    volume: f32,
     inertia: Vec3,
 }
 
@@ -26,6 +31,12 @@ impl Rig {
     /// The same object as another decomposition has it.
     pub(super) fn alternative(alternative: &Alternative) -> Self {
         Self::of_parts(&alternative.parts, &alternative.mass)
+    }
+
+    /// The same object as engines weigh it that know only what the scene states: without a mass, by the volume of its parts.
+    pub(super) fn with_stated_mass(&self, stated: Option<f64>) -> Self {
+        let mass = stated.map_or(EVEN_DENSITY * self.volume, |mass| mass as f32);
+        Self { mass, inertia: self.inertia * (mass / self.mass), ..self.clone() }
     }
 
     /// The same object on ground that falls by `slope` (rad, x and z): with its centre of mass off to that side by what the
@@ -46,6 +57,7 @@ impl Rig {
             axes: mass.axes.as_dquat().normalize(),
             parts: parts.iter().map(|part| part.vertices.iter().map(to_body).collect()).collect(),
             mass: mass.mass,
+            volume: mass.volume,
             inertia: mass.inertia,
         }
     }
@@ -91,7 +103,7 @@ mod tests {
     #[test]
     fn what_is_turned_keeps_its_centre() {
         let center = Vec3::new(0.1, 0.3, 0.1);
-        let mass = MassProperties { mass: 1.0, center, axes: glam::Quat::IDENTITY, inertia: Vec3::ONE };
+        let mass = MassProperties { mass: 1.0, volume: 1e-3, center, axes: glam::Quat::IDENTITY, inertia: Vec3::ONE };
         let rig = Rig::of_parts(&[], &mass);
         let pose = scene::Pose { rotation: DQuat::from_rotation_z(0.4), translation: DVec3::new(3.0, 0.5, -2.0) };
         let turned = rig.turned(&pose, DQuat::from_rotation_y(1.1) * 2.0);
@@ -105,7 +117,8 @@ mod tests {
             |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * Vec3::new(0.2, 0.6, 0.2);
         let vertices = (0..8).map(corner).collect();
         let axes = glam::Quat::from_rotation_z(0.7);
-        let mass = MassProperties { mass: 1.0, center: Vec3::new(0.1, 0.3, 0.1), axes, inertia: Vec3::ONE };
+        let mass =
+            MassProperties { mass: 1.0, volume: 1e-3, center: Vec3::new(0.1, 0.3, 0.1), axes, inertia: Vec3::ONE };
         let rig = Rig::of_parts(&[Part { vertices }], &mass);
         let rotation = DQuat::from_rotation_y(1.1);
         let pose = scene::Pose { rotation, translation: DVec3::new(3.0, 0.5, -2.0) };

@@ -49,7 +49,7 @@ pub(super) struct Run<'a> {
     pub scene: &'a Scene,
     pub shapes: &'a [Shape],
     pub rigs: Vec<Rig>,
-    /// The same objects as their other decompositions have them.
+    /// The same objects as their other decompositions have them, and the second of these with other masses, too.
     pub alternatives: [Vec<Rig>; 2],
     pub input: Vec<scene::Pose>,
     /// What the layout term compares with: the input at the heights of its supports, on its walls and ceiling.
@@ -81,6 +81,9 @@ impl<'a> Run<'a> {
     ) -> Result<Self, OptimizeError> {
         config.validate()?;
         let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
+        let first = shapes.iter().map(|shape| Rig::alternative(&shape.alternatives[0])).collect();
+        let second = shapes.iter().map(|shape| Rig::alternative(&shape.alternatives[1]));
+        let second = second.zip(&scene.objects).map(|(rig, object)| rig.with_stated_mass(object.mass)).collect();
         let input: Vec<scene::Pose> = scene.objects.iter().map(|object| object.pose).collect();
         let mut run = Self {
             scene,
@@ -94,8 +97,7 @@ impl<'a> Run<'a> {
             walls: Vec::new(),
             leant_on: Vec::new(),
             rigs,
-            alternatives: [0, 1]
-                .map(|number| shapes.iter().map(|s| Rig::alternative(&s.alternatives[number])).collect()),
+            alternatives: [first, second],
             groups: groups::plan(scene, config.global_only),
             backend,
             config,

@@ -98,7 +98,7 @@ pub struct Scene {
     pub name: String,
     /// The file it was read from.
     pub file: PathBuf,
-    /// In the file's order. Poses and convex parts may be changed; the rest stays as it was read.
+    /// In the file's order. Poses, masses and convex parts may be changed; the rest stays as it was read.
     pub objects: Vec<Object>,
     /// Walls and ceiling; their places may be changed.
     pub room: Room,

@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
 impl Scene {
-    /// The document as it came, with the poses, room and convex parts that changed, and paths that are valid from `dir`.
+    /// The document as it came, with the poses, room, masses and convex parts that changed, and paths that are valid from `dir`.
     ///
     /// Frame, unknown fields, order of fields and the numbers of whatever did not change are kept. The same scene and
     /// folder give the same bytes. `dir` need not exist yet; poses have to be finite.
@@ -18,6 +18,9 @@ impl Scene {
         for ((entry, object), (pose, parts)) in entries.zip(&self.objects).zip(&self.originals) {
             self.write_pose(entry, object, pose);
             paths.write(entry, object, parts);
+            if let Some(mass) = object.mass.filter(|mass| entry.get("mass").and_then(Value::as_f64) != Some(*mass)) {
+                entry.insert("mass".to_owned(), mass.into());
+            }
         }
         if let Some(room) = document.get_mut("room").and_then(Value::as_object_mut) {
             self.write_room(room);

@@ -51,10 +51,11 @@ struct Body {
 impl Body {
     /// The body of these hulls, with all faces of its parts moved outwards a little if they are to be padded.
     fn new(mut hulls: Vec<Hull>, pad: bool) -> Self {
-        let (volume, mut unit) = mass::of_parts(&hulls);
+        let mut unit = mass::of_parts(&hulls);
+        let volume = unit.volume;
         if pad {
             hulls = soles::flattened(hulls.into_iter().map(padding::padded).collect(), unit.center);
-            (_, unit) = mass::of_parts(&hulls);
+            unit = mass::of_parts(&hulls);
         }
         let parts = hulls.into_iter().map(|hull| hull.vertices).collect();
         Self { parts, volume, center: unit.center, axes: unit.axes, inertia: unit.inertia }
@@ -62,7 +63,8 @@ impl Body {
 
     fn of_mass(self, mass: f32) -> (Vec<Part>, MassProperties) {
         let parts = self.parts.into_iter().map(|vertices| Part { vertices }).collect();
-        (parts, MassProperties { mass, center: self.center, axes: self.axes, inertia: self.inertia * mass })
+        let Self { volume, center, axes, inertia, .. } = self;
+        (parts, MassProperties { mass, volume, center, axes, inertia: inertia * mass })
     }
 }
 

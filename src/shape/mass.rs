@@ -12,6 +12,8 @@ const ALIGNED: f64 = 1e-2;
 pub struct MassProperties {
     /// kg.
     pub mass: f32,
+    /// Of all parts before they are padded, m³; what they share counts in each.
+    pub volume: f32,
     /// Centre of mass, scaled mesh frame, m.
     pub center: Vec3,
     /// Rotation from the frame of principal axes to the mesh frame.
@@ -32,11 +34,11 @@ fn outer(a: DVec3) -> DMat3 {
     DMat3::from_cols(a * a.x, a * a.y, a * a.z)
 }
 
-/// Volume of the parts (m³) and their mass properties for a mass of 1 kg.
+/// Mass properties of the parts for a mass of 1 kg.
 ///
 /// What parts share counts in each of them: so weigh the engines into which they are loaded (the parts are made to share
 /// little), and a body whose centre of mass is elsewhere there would tip over there and not here.
-pub(super) fn of_parts(parts: &[Hull]) -> (f32, MassProperties) {
+pub(super) fn of_parts(parts: &[Hull]) -> MassProperties {
     let mut sum = Moments { volume: 0.0, first: DVec3::ZERO, second: DMat3::ZERO };
     for part in parts {
         integrate(part, &mut sum);
@@ -46,13 +48,13 @@ pub(super) fn of_parts(parts: &[Hull]) -> (f32, MassProperties) {
     let trace = second.x_axis.x + second.y_axis.y + second.z_axis.z;
     let inertia = DMat3::from_diagonal(DVec3::splat(trace)) - second;
     let (axes, principal) = principal_axes(inertia);
-    let properties = MassProperties {
+    MassProperties {
         mass: 1.0,
+        volume: sum.volume as f32,
         center: center.as_vec3(),
         axes,
         inertia: principal.as_vec3().max(Vec3::splat(1e-9)),
-    };
-    (sum.volume as f32, properties)
+    }
 }
 
 /// Adds the moments of one part.
@@ -103,9 +105,9 @@ mod tests {
 
     #[test]
     fn block_has_the_closed_form_and_stays_axis_aligned() {
-        let (volume, p) = of_parts(&[block(Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.4, 2.2, 3.8))]);
+        let p = of_parts(&[block(Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.4, 2.2, 3.8))]);
         // f32 vertices, f64 sums.
-        assert!((volume - 0.064).abs() < 1e-6, "{volume}");
+        assert!((p.volume - 0.064).abs() < 1e-6, "{}", p.volume);
         assert!(p.center.distance(Vec3::new(1.2, 2.1, 3.4)) < 1e-5, "{}", p.center);
         let size = Vec3::new(0.4, 0.2, 0.8);
         let squares = size * size;
@@ -118,8 +120,8 @@ mod tests {
     fn what_parts_share_counts_in_each() {
         let halves =
             [block(Vec3::ZERO, Vec3::new(0.7, 0.3, 0.2)), block(Vec3::new(0.5, 0.0, 0.0), Vec3::new(1.0, 0.3, 0.2))];
-        let (volume, p) = of_parts(&halves);
-        assert!((volume - 0.072).abs() < 1e-6, "{volume}");
+        let p = of_parts(&halves);
+        assert!((p.volume - 0.072).abs() < 1e-6, "{}", p.volume);
         let center = (0.7 * 0.35 + 0.5 * 0.75) / 1.2;
         assert!(p.center.distance(Vec3::new(center, 0.15, 0.1)) < 1e-6, "{}", p.center);
     }
