@@ -111,3 +111,24 @@ proptest! {
         }
     }
 }
+
+/// A can of 24 sides, 76 by 100 mm: cutting it into voxels clips a hull of which parry makes none.
+#[test]
+fn a_can_has_shapes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("can.obj");
+    let mut text = String::new();
+    for (y, k) in [-0.05, 0.05].into_iter().flat_map(|y| (0..24).map(move |k| (y, f64::from(k)))) {
+        let (sin, cos) = (k / 24.0 * std::f64::consts::TAU).sin_cos();
+        text += &format!("v {:.8} {y} {:.8}\n", 0.03790718 * cos, 0.03790718 * sin);
+    }
+    for k in 0..24 {
+        let [a, b] = [k + 1, (k + 1) % 24 + 1];
+        text += &format!("f {a} {b} {} {}\n", b + 24, a + 24);
+    }
+    let around = |first: i32| (0..24).map(|k| format!(" {}", first + k)).collect::<String>();
+    text += &format!("f{}\nf{}\n", around(1), around(25));
+    std::fs::write(&file, text).unwrap();
+    let shape = build(file, Vec::new()).unwrap();
+    assert!(shape.alternatives.iter().all(|other| !other.parts.is_empty()));
+}

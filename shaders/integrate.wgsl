@@ -91,6 +91,12 @@ fn all_finite(v: vec3<f32>) -> bool {
     return is_finite(bitcast<u32>(v.x)) && is_finite(bitcast<u32>(v.y)) && is_finite(bitcast<u32>(v.z));
 }
 
+// What a contact carries beyond its load, as far as it can be one: less the deeper it is.
+fn excess(contact: Contact) -> f32 {
+    let share = max(1.0 + LOAD_LOSS * min(contact.separation, 0.0), 0.0);
+    return share * contact.impulse - contact.load;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
     let candidate = invocation(id, workgroups);
@@ -135,13 +141,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let end = first + patches[i].count;
         var mean = 0.0;
         for (var j = first; j < end; j++) {
-            mean += normals[j].impulse - normals[j].load;
+            contacts[j].impulse = normals[j].impulse;
+            mean += excess(contacts[j]);
         }
         mean /= f32(patches[i].count);
         for (var j = first; j < end; j++) {
-            contacts[j].impulse = normals[j].impulse;
-            let own = normals[j].impulse - normals[j].load - mean;
-            contacts[j].load = normals[j].load + patch_share * mean + point_share * own;
+            let own = excess(contacts[j]) - mean;
+            contacts[j].load = contacts[j].load + patch_share * mean + point_share * own;
         }
     }
 }

@@ -154,6 +154,23 @@ pub fn what_is_squeezed_to_the_ground_stays(backend: &dyn Backend) {
     }
 }
 
+/// Chairs in one another push for seconds and cannot part; when one slips, they must not fly apart.
+pub fn what_is_jammed_stays_calm(backend: &dyn Backend) {
+    let leg = |x: f32, z: f32| (Vec3::new(0.02, 0.21, 0.02), Vec3::new(x, 0.21, z));
+    let seat = (Vec3::new(0.21, 0.015, 0.21), Vec3::Y * 0.435);
+    let rest = (Vec3::new(0.21, 0.225, 0.015), Vec3::new(0.0, 0.675, -0.195));
+    let chair = [seat, rest, leg(-0.17, -0.17), leg(0.17, -0.17), leg(-0.17, 0.17), leg(0.17, 0.17)];
+    for (depth, chairs) in [(0.002, 3), (0.004, 3), (0.05, 2), (0.1, 2)] {
+        let mut s = Scenario::default();
+        for at in &[Vec3::ZERO, Vec3::new(0.42 - depth, 0.0, 0.07), Vec3::new(0.2, 0.0, 0.42 - depth)][..chairs] {
+            s.furniture(&chair, 5.0, *at);
+        }
+        let found = drift(backend, &s, &settings(480), 0);
+        measured(&format!("{chairs} chairs {depth} m in one another, fastest speed, m/s"), found.speed, "< 1");
+        assert!(found.speed < 1.0, "{chairs} chairs, {depth} m: {found:?}");
+    }
+}
+
 /// A box on the ground that a fixed slanted board touches too deeply slides out; the ground bars no way that leads along it.
 pub fn what_a_slanted_board_touches_is_not_thrown(backend: &dyn Backend) {
     for (degrees, along) in [(5.0_f32, 0.1), (35.0, 0.1), (70.0, 0.2), (87.0, 0.2)] {

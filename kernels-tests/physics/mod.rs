@@ -111,6 +111,7 @@ macro_rules! physics_suite {
                 what_is_swallowed_anywhere_comes_out,
                 a_book_in_a_wall_comes_out,
                 what_is_squeezed_to_the_ground_stays,
+                what_is_jammed_stays_calm,
                 what_a_slanted_board_touches_is_not_thrown,
                 every_corner_of_a_round_top_bears,
                 a_plate_inside_a_table_top_comes_out,

@@ -7,7 +7,9 @@
 use super::narrow_phase::{ManifoldPoint, reduce};
 use crate::world::{
     Pose,
-    constants::{JOINING_COSINE, MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES, PATCH_COSINE},
+    constants::{
+        JOINING_COSINE, LOAD_LOSS, MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES, PATCH_COSINE,
+    },
 };
 use glam::Vec3;
 use std::ops::Range;
@@ -141,6 +143,12 @@ impl Contact {
         let on_b = poses[b as usize].point(self.anchors[1]);
         let separation = self.found + self.normal.dot(on_b - on_a);
         Self { point: 0.5 * (on_a + on_b), separation, ..*self }
+    }
+
+    /// What it carries beyond its load, as far as it can be one: less the deeper it is. N s a small step.
+    pub fn excess(&self) -> f32 {
+        let share = (1.0 + LOAD_LOSS * self.separation.min(0.0)).max(0.0);
+        share * self.impulse - self.load
     }
 }
 

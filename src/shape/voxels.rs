@@ -8,11 +8,19 @@ use parry3d::transformation::vhacd::{VHACD, VHACDParameters};
 /// Voxels along the longest side.
 const RESOLUTION: u32 = 64;
 
-/// At most `budget` convex parts of the mesh, whose vertices lie on it; none if the mesh has no extent.
+/// At most `budget` convex parts of the mesh, whose vertices lie on it; none if the mesh has no extent or
+/// parry fails.
 pub(super) fn decompose(mesh: &Mesh, budget: usize) -> Vec<Hull> {
-    let parameters =
-        VHACDParameters { resolution: RESOLUTION, max_convex_hulls: budget as u32, ..VHACDParameters::default() };
-    let found = VHACD::decompose(&parameters, &mesh.vertices, &mesh.triangles, true);
+    let parameters = VHACDParameters {
+        resolution: RESOLUTION,
+        max_convex_hulls: budget as u32,
+        // Hulls of clipped hulls are faster, and for one cylinder in some hundred parry finds none and panics.
+        convex_hull_approximation: false,
+        ..VHACDParameters::default()
+    };
+    // The other hulls that it makes on the way are of voxels, and none of thousands of meshes made it panic; but it might.
+    let cut = || VHACD::decompose(&parameters, &mesh.vertices, &mesh.triangles, true);
+    let Ok(found) = std::panic::catch_unwind(cut) else { return Vec::new() };
     let parts = found.compute_primitive_intersections(&mesh.vertices, &mesh.triangles);
     parts.iter().filter_map(|points| Hull::new(points)).collect()
 }

@@ -96,6 +96,10 @@ pub const PATCH_LOAD_RATE: f32 = 4.0;
 /// beside the middle sinks on its side for seconds.
 pub const POINT_LOAD_RATE: f32 = 0.5;
 
+/// Share of its load that a spring does not take over for every metre of depth, 1/m: nothing from 8 mm on. Things that jam each
+/// other would else take over each other's push without bound, and fly apart when one of them slips.
+pub const LOAD_LOSS: f32 = 125.0;
+
 /// Overlap at which bodies rest, m: without it contacts would come and go. A stack sinks by so much at every contact.
 pub const RESTING_DEPTH: f32 = 0.5 * LINEAR_SLOP;
 

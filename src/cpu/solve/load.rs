@@ -98,14 +98,15 @@ impl<S: Simd> Wide<S> {
                 patch.friction = tangential.lane(lane);
                 patch.twist = twist[lane];
                 let points = &mut contacts.points[patch.first as usize..][..turns.len()];
-                let carried = |turn: usize| (normals[turn].impulse[lane], normals[turn].load[lane]);
-                let excess = turns.iter().map(|&turn| carried(turn)).map(|(impulse, load)| impulse - load);
-                let mean = excess.sum::<f32>() / turns.len() as f32;
+                let mut sum = 0.0;
                 for (contact, &turn) in points.iter_mut().zip(turns) {
-                    let (impulse, load) = carried(turn);
-                    let own = impulse - load - mean;
-                    contact.impulse = impulse;
-                    contact.load = load + patch_share * mean + point_share * own;
+                    contact.impulse = normals[turn].impulse[lane];
+                    sum += contact.excess();
+                }
+                let mean = sum / turns.len() as f32;
+                for contact in points {
+                    let own = contact.excess() - mean;
+                    contact.load = contact.load + patch_share * mean + point_share * own;
                 }
             }
         }
