@@ -39,7 +39,8 @@ fn simulate_writes_all_states_in_the_frame_of_the_file() {
 
 #[test]
 fn a_candidate_of_a_finished_run_is_replayed() {
-    let case = Case::new(&table());
+    let input = table();
+    let case = Case::new(&input);
     let report = case.report(&TINY);
     let winner = &report["groups"][0]["winner"];
     let replay = |candidate: &str| {
@@ -63,6 +64,7 @@ fn a_candidate_of_a_finished_run_is_replayed() {
         ("0,0,16", &["candidate 16", "16"]),
         ("0,0", &["three numbers"]),
         ("0,0,x", &["three numbers"]),
+        ("-1,0,0", &["three numbers"]),
     ] {
         refuses(&case, &mut replay(candidate), words);
     }
@@ -72,5 +74,14 @@ fn a_candidate_of_a_finished_run_is_replayed() {
         &case,
         elsewhere.args(["--replay", "0,0,0", "--run"]).arg(case.path("nowhere")),
         &["report.json", "optimize"],
+    );
+    let mut renamed = input.clone();
+    renamed["objects"][2]["name"] = json!("somebody else's");
+    let other = Case::new(&renamed);
+    let mut of_another = other.command("simulate");
+    refuses(
+        &other,
+        of_another.args(["--replay", &winner, "--run"]).arg(case.path("out")),
+        &["report.json", "another scene"],
     );
 }

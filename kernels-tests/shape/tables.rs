@@ -13,7 +13,7 @@ use std::time::Instant;
 /// The table of all meshes: `cargo test --release --test shape -- --ignored --nocapture quality_table`, with the first
 /// letters of names in `ONLY` if not all are wanted.
 #[test]
-#[ignore = "a minute or two"]
+#[ignore = "a minute or two: scripts/test-slow"]
 fn quality_table() {
     let objects = objects();
     let table = std::fs::read_to_string(objects.join("objects.csv")).unwrap();
@@ -88,7 +88,7 @@ fn quality_table() {
 /// In the true layouts no two meshes intersect, so the parts should hardly overlap:
 /// `cargo test --release --test shape -- --ignored --nocapture truth_overlaps`. Prints the worst pairs of each scene.
 #[test]
-#[ignore = "a minute or two"]
+#[ignore = "a minute or two: scripts/test-slow"]
 fn truth_overlaps() {
     let objects = objects();
     let scenes = objects.join("../scenes");

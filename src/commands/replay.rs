@@ -18,6 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 struct Report {
     seed: u64,
     config: Config,
+    objects: Vec<Named>,
     iterations: Vec<Iteration>,
     /// There if the run made its scene canonical first.
     canonicalization: Option<IgnoredAny>,
@@ -43,10 +44,27 @@ impl Finished {
         Ok(Self { file, report })
     }
 
+    /// Refuses a scene with other objects than the run's.
+    pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
+        let (here, there) = (&scene.objects, &self.report.objects);
+        if here.iter().map(|object| &object.name).eq(there.iter().map(|object| &object.name)) {
+            return Ok(());
+        }
+        let (file, scene) = (self.file.display(), scene.file.display());
+        Err(Failure::Input(format!(
+            "{file}: it is of another scene than {scene}: the objects differ; take the scene that it names"
+        )))
+    }
+
     /// True if it was run with `--canonicalize`.
     pub fn was_canonicalized(&self) -> bool {
         self.report.canonicalization.is_some()
     }
+}
+
+#[derive(Deserialize)]
+struct Named {
+    name: String,
 }
 
 #[derive(Deserialize)]

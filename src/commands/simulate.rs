@@ -27,7 +27,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
     substeps: Option<u32>,
     /// Simulate a candidate of a finished run instead: its stage, iteration and index, counted from 0
-    #[arg(long, value_name = "STAGE,ITERATION,INDEX", requires = "run", value_parser = parse_candidate)]
+    #[arg(long, value_name = "STAGE,ITERATION,INDEX", requires = "run", value_parser = parse_candidate, allow_hyphen_values = true)]
     replay: Option<Candidate>,
     /// The folder that `optimize SCENE` left: its report tells seed and configuration
     #[arg(long, value_name = "DIR", requires = "replay")]
@@ -55,8 +55,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::check_writable(output::parent(file))?;
     }
     let finished = args.run.as_deref().map(replay::Finished::read).transpose()?;
-    if finished.as_ref().is_some_and(replay::Finished::was_canonicalized) {
-        canonicalize::apply(&mut scene)?;
+    if let Some(finished) = &finished {
+        finished.check(&scene)?;
+        if finished.was_canonicalized() {
+            canonicalize::apply(&mut scene)?;
+        }
     }
     let shapes = shapes::make(&scene)?;
     let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
