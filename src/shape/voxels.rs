@@ -14,11 +14,11 @@ pub(super) fn decompose(mesh: &Mesh, budget: usize) -> Vec<Hull> {
     let parameters = VHACDParameters {
         resolution: RESOLUTION,
         max_convex_hulls: budget as u32,
-        // Hulls of clipped hulls are faster, and for one cylinder in some hundred parry finds none and panics.
+        // Hulls of clipped hulls are faster, and for one round mesh in several hundred parry finds none and panics.
         convex_hull_approximation: false,
         ..VHACDParameters::default()
     };
-    // The other hulls that it makes on the way are of voxels, and none of thousands of meshes made it panic; but it might.
+    // The other hulls that it makes on the way are of voxels; none of 900 primitives made it panic so, but a mesh might.
     let cut = || VHACD::decompose(&parameters, &mesh.vertices, &mesh.triangles, true);
     let Ok(found) = std::panic::catch_unwind(cut) else { return Vec::new() };
     let parts = found.compute_primitive_intersections(&mesh.vertices, &mesh.triangles);
