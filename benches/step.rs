@@ -13,7 +13,7 @@ fn step(c: &mut Criterion) {
     let world = common::subject(env!("CARGO_MANIFEST_DIR")).world();
     let settings = SimSettings::default();
     let narrow = Separator::new(settings.narrow_phase, &world.hulls);
-    for candidates in [1, Group::MOST] {
+    for candidates in [1, Group::best()] {
         let placed = starts(&world, candidates as u32, 0);
         let mut group = Group::new(&world, candidates);
         let name = |what: &str| format!("{what}/{candidates}");
@@ -33,9 +33,7 @@ fn step(c: &mut Criterion) {
         let mut halves = |timed: fn([Duration; 2]) -> Duration, substeps: u64| {
             let substep = |_| {
                 let clock = Instant::now();
-                for candidate in group.candidates_mut() {
-                    candidate.collide(&world, &settings, &narrow);
-                }
+                group.collide(&world, &settings, &narrow);
                 let collided = clock.elapsed();
                 group.solve(&world, &settings);
                 timed([collided, clock.elapsed() - collided])

@@ -150,11 +150,13 @@ struct Still {
 }
 
 impl Rollout for Still {
-    /// Some at once, so that every population has a smaller run at its end.
-    const AT_ONCE: usize = 3;
-
     /// Counts its own rollouts, so that a search that leaks scratch into results can be caught.
     type Scratch = u32;
+
+    /// Some, so that every population has a smaller run at its end.
+    fn at_once(&self) -> usize {
+        3
+    }
 
     fn scratch(&self) -> u32 {
         0

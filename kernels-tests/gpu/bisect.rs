@@ -176,10 +176,9 @@ impl Both<'_> {
     fn substep(&mut self, settings: &SimSettings, narrow: &Separator, parity: usize) -> Result<(), Failed> {
         let world = self.world;
         self.twins.par_iter_mut().for_each(|Twin { group, seen }| {
-            let workspace = &mut group.candidates_mut()[0];
             *seen = Seen::default();
-            workspace.collide_timed(world, settings, narrow, seen);
-            let contacts = workspace.contacts();
+            group.collide_timed(world, settings, narrow, seen);
+            let contacts = group.candidates()[0].contacts();
             (seen.patches, seen.points) = (contacts.patches.clone(), contacts.points.clone());
         });
         let slots = world.capacities.hull_pairs as usize;

@@ -131,8 +131,8 @@ fn states(world: &World, settings: &SimSettings) -> Result<Vec<[State; 2]>, Fail
         for _ in 0..i {
             group.step(world, settings, &narrow);
         }
+        group.collide(world, settings, &narrow);
         let [workspace] = group.candidates_mut() else { unreachable!("a group of one") };
-        workspace.collide(world, settings, &narrow);
         workspace.poses.iter_mut().for_each(|pose| pose.translation *= 1.0 + rounding);
         let before = State::of(workspace);
         group.solve(world, settings);

@@ -3,8 +3,8 @@
 use super::{
     clock::{Clock, Kernel},
     narrow_phase::Separator,
-    simulate::Workspace,
-    solve::{LANES, Solver},
+    simulate::{Scratch, Workspace},
+    solve::Solver,
 };
 use crate::world::{Pose, SimSettings, World};
 use fearless_simd::Level;
@@ -14,18 +14,21 @@ pub(super) fn at_once(candidates: usize, most: usize) -> usize {
     candidates.div_ceil(rayon::current_num_threads()).clamp(1, most)
 }
 
-/// Up to `Group::MOST` candidates; made once per thread and reused. What becomes of a candidate does not depend on the
+/// Some candidates; made once per thread and reused. What becomes of a candidate does not depend on the
 /// others.
 pub struct Group {
     workspaces: Vec<Workspace>,
     /// The others are spare.
     running: usize,
+    scratch: Scratch,
     solver: Solver,
 }
 
 impl Group {
-    /// Most candidates of a group.
-    pub const MOST: usize = LANES;
+    /// How many candidates a thread had best take at once: as many as the solver does.
+    pub fn best() -> usize {
+        Solver::lanes(Level::new())
+    }
 
     /// Room for so many candidates of `world`.
     pub fn new(world: &World, candidates: usize) -> Self {
@@ -33,9 +36,8 @@ impl Group {
     }
 
     fn solved_by(solver: Solver, world: &World, candidates: usize) -> Self {
-        assert!((1..=Self::MOST).contains(&candidates), "a group of {candidates}");
         let workspaces = (0..candidates).map(|_| Workspace::new(world)).collect();
-        Self { workspaces, running: candidates, solver }
+        Self { workspaces, running: candidates, scratch: Scratch::default(), solver }
     }
 
     /// Forgets the last candidates: the bodies are at rest at `placed`, candidate after candidate; nothing touches yet.
@@ -65,13 +67,23 @@ impl Group {
     /// The same, and tells `clock` of every part.
     pub fn step_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
         for _ in 0..settings.substeps.max(1) {
-            for candidate in self.candidates_mut() {
-                candidate.collide_timed(world, settings, narrow, clock);
-            }
+            self.collide_timed(world, settings, narrow, clock);
             self.solve(world, settings);
             clock.lap(Kernel::Solve);
         }
         self.candidates_mut().iter_mut().for_each(Workspace::check);
+    }
+
+    /// Finds the contacts of the next substep.
+    pub fn collide(&mut self, world: &World, settings: &SimSettings, narrow: &Separator) {
+        self.collide_timed(world, settings, narrow, &mut ());
+    }
+
+    /// The same, and tells `clock` of every part and of what it found.
+    pub fn collide_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
+        for candidate in &mut self.workspaces[..self.running] {
+            candidate.collide(world, settings, narrow, &mut self.scratch, clock);
+        }
     }
 
     /// Advances by one substep with the contacts at hand.
@@ -149,7 +161,7 @@ mod tests {
         for (candidate, (_, status)) in alone.iter().enumerate() {
             assert_eq!(status.intersects(Status::NOT_FINITE), candidate == LOST, "candidate {candidate}");
         }
-        for (level, at_once) in [(Level::new(), 2), (Level::new(), 7), (Level::new(), 8), (Level::baseline(), 8)] {
+        for (level, at_once) in [(Level::new(), 2), (Level::new(), 7), (Level::new(), 9), (Level::baseline(), 9)] {
             let together = simulated(&world, level, at_once);
             for (candidate, (one, other)) in alone.iter().zip(&together).enumerate() {
                 assert_eq!(one.1, other.1, "candidate {candidate}, {at_once} at once");

@@ -56,7 +56,7 @@ impl Backend for CpuBackend {
             return Ok(Vec::new());
         }
         let narrow = Separator::new(settings.narrow_phase, &world.hulls);
-        let size = at_once(starts.len() / bodies, Group::MOST);
+        let size = at_once(starts.len() / bodies, Group::best());
         let mut groups: Vec<Group> = starts
             .chunks(size * bodies)
             .map(|placed| {
@@ -147,10 +147,12 @@ impl<'a> Simulator<'a> {
 impl Rollout for Simulator<'_> {
     type Scratch = Group;
 
-    const AT_ONCE: usize = Group::MOST;
+    fn at_once(&self) -> usize {
+        Group::best()
+    }
 
     fn scratch(&self) -> Group {
-        Group::new(self.world, Group::MOST)
+        Group::new(self.world, Group::best())
     }
 
     fn run(&self, group: &mut Group, placed: &[Pose], records: &mut [Record]) {

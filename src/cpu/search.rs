@@ -22,12 +22,14 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The simulator as the search needs it: some candidates at once, from placement to rest.
 pub trait Rollout: Sync {
-    /// Most candidates of a run.
-    const AT_ONCE: usize = 1;
-
     /// Buffers that one thread reuses for all its candidates. What they hold must not change a result, and neither must
     /// the company that a candidate runs in.
     type Scratch: Send;
+
+    /// Most candidates of a run.
+    fn at_once(&self) -> usize {
+        1
+    }
 
     /// Makes the buffers of one thread.
     fn scratch(&self) -> Self::Scratch;
@@ -63,7 +65,7 @@ struct Worker<S> {
 /// About how many bytes a search holds: numbers for every candidate, simulation slots for every thread's group.
 pub fn bytes(world: &World, candidates: u32) -> u64 {
     let row = 4 * world.dimensions() + size_of::<Energy>() + size_of::<Status>() + 8;
-    let slots = rayon::current_num_threads() * Group::MOST;
+    let slots = rayon::current_num_threads() * Group::best();
     (u64::from(candidates) + 1) * row as u64 + slots as u64 * world.slot_bytes()
 }
 
@@ -100,8 +102,8 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
         };
         let worker = || Worker {
             scratch: rollout.scratch(),
-            placed: world.start.repeat(R::AT_ONCE),
-            records: vec![record.clone(); R::AT_ONCE],
+            placed: world.start.repeat(rollout.at_once()),
+            records: vec![record.clone(); rollout.at_once()],
         };
         let workers = (0..rayon::current_num_threads()).map(|_| Mutex::new(worker())).collect();
         let distribution = settings.cem.initial(world.units.len());
@@ -127,7 +129,7 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
     fn simulate_all(&mut self) {
         let width = self.world.dimensions();
         let Self { world, settings, stream, rollout, workers, distribution, iteration, .. } = self;
-        let size = at_once(self.energies.len(), R::AT_ONCE);
+        let size = at_once(self.energies.len(), rollout.at_once());
         let slots = self.energies.par_chunks_mut(size).zip(self.statuses.par_chunks_mut(size)).enumerate();
         let rows = self.deltas.par_chunks_mut(size * width);
         slots.zip(rows).for_each(|((chunk, (energies, statuses)), deltas)| {

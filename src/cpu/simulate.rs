@@ -22,14 +22,21 @@ pub struct Workspace {
     capacities: Capacities,
     broad: BroadPhase,
     pairs: Vec<HullPair>,
-    old_pairs: Vec<HullPair>,
     caches: Vec<PairCache>,
-    old_caches: Vec<PairCache>,
-    gatherer: Gatherer,
-    manifold: Manifold,
     /// Contacts of the last substep.
     pub(super) contacts: ContactSet,
-    old_contacts: ContactSet,
+}
+
+/// What collision detection needs while it looks at one candidate. A group's candidates share it, because what is not touched
+/// stays in the processor's cache.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    /// What the candidate had in the last substep.
+    pairs: Vec<HullPair>,
+    caches: Vec<PairCache>,
+    contacts: ContactSet,
+    gatherer: Gatherer,
+    manifold: Manifold,
 }
 
 impl Workspace {
@@ -43,13 +50,8 @@ impl Workspace {
             capacities: world.capacities,
             broad: BroadPhase::default(),
             pairs: Vec::with_capacity(hull_pairs as usize),
-            old_pairs: Vec::with_capacity(hull_pairs as usize),
             caches: Vec::with_capacity(hull_pairs as usize),
-            old_caches: Vec::with_capacity(hull_pairs as usize),
-            gatherer: Gatherer::default(),
-            manifold: Manifold::default(),
             contacts: ContactSet::default(),
-            old_contacts: ContactSet::default(),
         }
     }
 
@@ -86,29 +88,31 @@ impl Workspace {
         }
     }
 
-    /// Finds the contacts of the next substep.
-    pub fn collide(&mut self, world: &World, settings: &SimSettings, narrow: &Separator) {
-        self.collide_timed(world, settings, narrow, &mut ());
-    }
-
-    /// The same, and tells `clock` of every part and of what it found.
-    pub fn collide_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
+    /// Finds the contacts of the next substep, and tells `clock` of every part and of what it found.
+    pub fn collide(
+        &mut self,
+        world: &World,
+        settings: &SimSettings,
+        narrow: &Separator,
+        scratch: &mut Scratch,
+        clock: &mut impl Clock,
+    ) {
         let dt = settings.substep();
         // Contacts act up to a small step beyond the end.
         let horizon = dt + settings.small_step();
         self.broad.update(world, &self.poses, &self.velocities, settings.contact_offset, dt);
-        std::mem::swap(&mut self.pairs, &mut self.old_pairs);
-        std::mem::swap(&mut self.caches, &mut self.old_caches);
-        std::mem::swap(&mut self.contacts, &mut self.old_contacts);
+        std::mem::swap(&mut self.pairs, &mut scratch.pairs);
+        std::mem::swap(&mut self.caches, &mut scratch.caches);
+        std::mem::swap(&mut self.contacts, &mut scratch.contacts);
         self.list_pairs(world, None);
-        self.carry_caches();
+        self.carry_caches(scratch);
         self.contacts.clear();
         clock.lap(Kernel::BroadPhase);
         let mut old = 0;
         let mut next = 0;
         for (index, &pair) in (0..).zip(&world.pairs) {
             if self.broad.keeps(pair) {
-                self.keep(index, pair, &mut old);
+                self.keep(index, pair, &scratch.contacts, &mut old);
                 continue;
             }
             if self.pairs.get(next).is_none_or(|listed| listed.pair != index) {
@@ -117,7 +121,7 @@ impl Workspace {
             let margin = self.broad.margin(pair);
             let [pose_a, pose_b] = pair.map(|i| self.poses[i as usize]);
             let velocities = pair.map(|i| self.falling(world, horizon * settings.gravity, i as usize));
-            self.gatherer.clear();
+            scratch.gatherer.clear();
             while next < self.pairs.len() && self.pairs[next].pair == index {
                 let HullPair { a, b, .. } = self.pairs[next];
                 let room = self.broad.room(world, self.pairs[next]);
@@ -129,37 +133,37 @@ impl Workspace {
                 let found = narrow.separation(&hulls, margin, cache);
                 clock.lap(Kernel::NarrowPhase);
                 if let Some(found) = found {
-                    manifold(&hulls, &found, margin, &mut self.manifold);
-                    if passes(&hulls, &velocities, horizon, &self.manifold) {
-                        self.manifold.count = 0;
+                    manifold(&hulls, &found, margin, &mut scratch.manifold);
+                    if passes(&hulls, &velocities, horizon, &scratch.manifold) {
+                        scratch.manifold.count = 0;
                     }
-                    self.gatherer.add(self.manifold.normal, self.manifold.points());
+                    scratch.gatherer.add(scratch.manifold.normal, scratch.manifold.points());
                     clock.lap(Kernel::Manifold);
                 }
-                clock.pair(before, found.as_ref(), *cache, &self.manifold);
+                clock.pair(before, found.as_ref(), *cache, &scratch.manifold);
             }
-            self.emit(index, pair, &mut old);
+            self.emit(index, pair, scratch, &mut old);
             clock.lap(Kernel::Contacts);
         }
         for (index, body) in world.bodies.iter().enumerate() {
             let margin = self.broad.ground_margin(index, settings.contact_offset);
             let entry = (world.pairs.len() + index) as u32;
             if self.broad.still[index] {
-                self.keep(entry, [GROUND, index as u32], &mut old);
+                self.keep(entry, [GROUND, index as u32], &scratch.contacts, &mut old);
                 continue;
             }
             if body.is_static() || self.broad.lowest(index) > margin {
                 continue;
             }
-            self.gatherer.clear();
+            scratch.gatherer.clear();
             for hull in world.hulls_of(index) {
-                let out = &mut self.manifold;
+                let out = &mut scratch.manifold;
                 plane_hull(&world.hulls, hull as u32, &self.poses[index], (Vec3::Y, 0.0), margin, out);
-                self.gatherer.add(out.normal, out.points());
+                scratch.gatherer.add(out.normal, out.points());
                 clock.ground(hull, out);
             }
             clock.lap(Kernel::Manifold);
-            self.emit(entry, [GROUND, index as u32], &mut old);
+            self.emit(entry, [GROUND, index as u32], scratch, &mut old);
             clock.lap(Kernel::Contacts);
         }
         if self.contacts.points.len() as u32 > self.capacities.contacts {
@@ -200,40 +204,32 @@ impl Workspace {
     }
 
     /// Hands the separating axes of the last substep to the same hull pairs. Both lists are in the same order.
-    fn carry_caches(&mut self) {
+    fn carry_caches(&mut self, last: &Scratch) {
         self.caches.clear();
         let key = |p: &HullPair| (p.pair, p.a, p.b);
         let mut old = 0;
         for pair in &self.pairs {
-            while old < self.old_pairs.len() && key(&self.old_pairs[old]) < key(pair) {
+            while old < last.pairs.len() && key(&last.pairs[old]) < key(pair) {
                 old += 1;
             }
-            let known = self.old_pairs.get(old).is_some_and(|o| o == pair);
-            self.caches.push(if known { self.old_caches[old] } else { PairCache::default() });
+            let known = last.pairs.get(old).is_some_and(|o| o == pair);
+            self.caches.push(if known { last.caches[old] } else { PairCache::default() });
         }
     }
 
     /// Merges what was gathered for a pair and makes its patches. `old` walks through the last substep's patches.
-    fn emit(&mut self, pair: u32, bodies: [u32; 2], old: &mut usize) {
-        let before = self.old_patches(pair, old);
-        self.gatherer.merge();
-        for patch in self.gatherer.patches() {
-            self.contacts.push(pair, bodies, &self.poses, patch, &mut self.old_contacts, before.clone());
+    fn emit(&mut self, pair: u32, bodies: [u32; 2], scratch: &mut Scratch, old: &mut usize) {
+        let before = patches_of(pair, &scratch.contacts, old);
+        scratch.gatherer.merge();
+        for patch in scratch.gatherer.patches() {
+            self.contacts.push(pair, bodies, &self.poses, patch, &mut scratch.contacts, before.clone());
         }
     }
 
     /// Takes over the last substep's patches of a pair.
-    fn keep(&mut self, pair: u32, bodies: [u32; 2], old: &mut usize) {
-        let before = self.old_patches(pair, old);
-        self.contacts.keep(bodies, &self.poses, &self.old_contacts, before);
-    }
-
-    /// The last substep's patches of a pair. `old` is where they end; all that begin before it are of earlier pairs.
-    fn old_patches(&self, pair: u32, old: &mut usize) -> Range<usize> {
-        let patches = &self.old_contacts.patches;
-        let first = *old + patches[*old..].iter().take_while(|patch| patch.pair < pair).count();
-        *old = first + patches[first..].iter().take_while(|patch| patch.pair == pair).count();
-        first..*old
+    fn keep(&mut self, pair: u32, bodies: [u32; 2], last: &ContactSet, old: &mut usize) {
+        let before = patches_of(pair, last, old);
+        self.contacts.keep(bodies, &self.poses, last, before);
     }
 
     /// Measures the deepest overlap of the parts of each pair of `World::pairs` at the present poses, m.
@@ -254,6 +250,14 @@ impl Workspace {
         self.pairs.clear();
         self.caches.clear();
     }
+}
+
+/// The last substep's patches of a pair. `old` is where they end; all that begin before it are of earlier pairs.
+fn patches_of(pair: u32, last: &ContactSet, old: &mut usize) -> Range<usize> {
+    let patches = &last.patches;
+    let first = *old + patches[*old..].iter().take_while(|patch| patch.pair < pair).count();
+    *old = first + patches[first..].iter().take_while(|patch| patch.pair == pair).count();
+    first..*old
 }
 
 #[cfg(test)]
@@ -287,11 +291,10 @@ mod tests {
         let workspace = &mut group.candidates_mut()[0];
         // The one that rests is pressed in by a hundredth of a millimetre, which is no more than counts as still.
         workspace.poses[1].translation.y -= 0.2 * RECYCLING_DISTANCE;
-        let mut fresh = Workspace::new(&world);
+        let mut fresh = Group::new(&world, 1);
         fresh.start(&workspace.poses);
-        for candidate in [&mut *workspace, &mut fresh] {
-            candidate.collide(&world, &settings, &narrow);
-        }
+        [&mut group, &mut fresh].into_iter().for_each(|group| group.collide(&world, &settings, &narrow));
+        let (workspace, fresh) = (&group.candidates()[0], &fresh.candidates()[0]);
         assert_eq!((workspace.pairs().len(), fresh.pairs().len()), (0, 1), "hulls looked at");
         let (kept, found) = (workspace.contacts(), fresh.contacts());
         assert_eq!((kept.points.len(), kept.patches.len()), (found.points.len(), found.patches.len()));
@@ -307,11 +310,10 @@ mod tests {
     #[test]
     fn contacts_are_found_anew_where_something_moved_or_was_measured() {
         let (world, settings, narrow, mut group) = at_rest();
-        let workspace = &mut group.candidates_mut()[0];
         let mut listed = |change: &dyn Fn(&mut Workspace)| {
-            change(workspace);
-            workspace.collide(&world, &settings, &narrow);
-            workspace.pairs().len()
+            change(&mut group.candidates_mut()[0]);
+            group.collide(&world, &settings, &narrow);
+            group.candidates()[0].pairs().len()
         };
         assert_eq!(listed(&|_| ()), 0, "at rest");
         assert_eq!(listed(&|at_rest| at_rest.poses[1].translation.x += 2.0 * RECYCLING_DISTANCE), 1, "shifted");

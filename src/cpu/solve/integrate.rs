@@ -1,14 +1,13 @@
 //! Where bodies are at the end of a substep, how they have turned, and their spin then.
 
-use super::Wide;
 use super::lanes::Vector;
+use super::{Wide, unsigned};
 use super::rotation::Rotation;
-use super::rows::Moving;
 use crate::cpu::simulate::Workspace;
 use crate::world::constants::SLENDER_INERTIA_RATIO;
 use crate::world::{Body, Pose, compose, from_scaled_axis, unit_rotation};
 use fearless_simd::prelude::*;
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec3, Vec4};
 
 impl<S: Simd> Wide<S> {
     /// Writes the motion of a substep of `dt` into the poses and velocities.
@@ -24,18 +23,19 @@ impl<S: Simd> Wide<S> {
             for (lane, candidate) in candidates.iter().enumerate() {
                 old.set_lane(lane, candidate.poses[index].rotation);
             }
-            let (rotations, spins) = if slender { (old, moving.angular) } else { compact(inverse, old, moving, dt) };
+            let (spin, turn) = (moving.frame.back(moving.spin), moving.frame.back(moving.turn));
+            let (rotations, spins) = if slender { (old, spin) } else { compact(inverse, old, [spin, turn], dt) };
             for (lane, candidate) in candidates.iter_mut().enumerate() {
                 let (rotation, spin) = if slender {
-                    let (turn, spin) = (moving.turn.lane(lane), moving.angular.lane(lane));
+                    let (turn, spin) = (turn.lane(lane), spin.lane(lane));
                     Slender { inverse_inertia: inverse, old: old.lane(lane), spin, turn }.end(moving.touches(lane), dt)
                 } else {
                     (rotations.lane(lane), spins.lane(lane))
                 };
                 let pose = &mut candidate.poses[index];
-                *pose = Pose::new(rotation, pose.translation + moving.shift.lane(lane));
+                *pose = Pose::new(Quat::from_vec4(Vec4::from(rotation) + 0.0), unsigned(pose.translation + moving.shift.lane(lane)));
                 let velocity = &mut candidate.velocities[index];
-                (velocity.linear, velocity.angular) = (moving.linear.lane(lane), spin);
+                (velocity.linear, velocity.angular) = (unsigned(moving.linear.lane(lane)), unsigned(spin));
             }
         }
     }
@@ -44,11 +44,15 @@ impl<S: Simd> Wide<S> {
 /// Orientation and angular velocity of a body after a substep of `dt`. Angular momentum, not angular velocity, is carried over
 /// to the new orientation; the turn is corrected to the mean of both velocities (Heun), or a tumbling body would gain energy.
 #[inline(always)]
-fn compact<S: Simd>(inverse_inertia: Vec3, old: Rotation<S>, moving: &Moving<S>, dt: f32) -> (Rotation<S>, Vector<S>) {
-    let (spin, turn) = (moving.angular, moving.turn);
-    let momentum = old.rotate(old.conjugate().rotate(spin) / inverse_inertia);
+fn compact<S: Simd>(
+    inverse_inertia: Vec3,
+    old: Rotation<S>,
+    [spin, turn]: [Vector<S>; 2],
+    dt: f32,
+) -> (Rotation<S>, Vector<S>) {
+    let momentum = old.rotate(old.conjugate().rotate(spin).unscaled(inverse_inertia));
     let ahead = spin_at(turned(old, turn), momentum, inverse_inertia);
-    let new = turned(old, turn + (ahead - spin) * (0.5 * dt));
+    let new = turned(old, turn + (ahead - spin).times(0.5 * dt));
     (new, spin_at(new, momentum, inverse_inertia))
 }
 
@@ -60,7 +64,7 @@ fn turned<S: Simd>(old: Rotation<S>, turn: Vector<S>) -> Rotation<S> {
 /// Angular velocity of a body with this angular momentum.
 #[inline(always)]
 fn spin_at<S: Simd>(rotation: Rotation<S>, momentum: Vector<S>, inverse_inertia: Vec3) -> Vector<S> {
-    rotation.rotate(rotation.conjugate().rotate(momentum) * inverse_inertia)
+    rotation.rotate(rotation.conjugate().rotate(momentum).scaled(inverse_inertia))
 }
 
 /// What a substep did to the orientation of a body that is much longer than wide.

@@ -3,23 +3,29 @@
 //! Every operation does in each lane what the same expression does with `f32` and glam, in the same order: nothing is
 //! fused or approximated, so a candidate has the same bits on every processor, in every lane and in any company.
 
-use fearless_simd::{f32x8, mask32x8, prelude::*};
+use fearless_simd::prelude::*;
 use glam::{Mat3, Vec3};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// Candidates that are solved at once.
-pub const LANES: usize = 8;
+/// Most lanes of any processor's vectors.
+pub const MOST_LANES: usize = 16;
 
-/// A number of every lane.
-pub type Number<S> = f32x8<S>;
+/// A number of every lane: as many lanes as the processor's vectors have.
+pub type Number<S> = <S as Simd>::f32s;
 
 /// A yes or no of every lane.
-pub type Mask<S> = mask32x8<S>;
+pub type Mask<S> = <S as Simd>::mask32s;
 
 /// The same number in all lanes.
 #[inline(always)]
 pub fn splat<S: Simd>(simd: S, number: f32) -> Number<S> {
-    Number::splat(simd, number)
+    SimdBase::splat(simd, number)
+}
+
+/// The same yes or no in all lanes.
+#[inline(always)]
+pub fn all<S: Simd>(simd: S, answer: bool) -> Mask<S> {
+    SimdMask::splat(simd, answer)
 }
 
 /// The larger of two numbers. Of none and a number it is either: a candidate with such numbers is lost.
@@ -81,6 +87,24 @@ impl<S: Simd> Vector<S> {
         Self { x: mask.select(self.x, other.x), y: mask.select(self.y, other.y), z: mask.select(self.z, other.z) }
     }
 
+    /// Times the same number in all lanes.
+    #[inline(always)]
+    pub fn times(self, by: f32) -> Self {
+        Self { x: self.x * by, y: self.y * by, z: self.z * by }
+    }
+
+    /// Times the same vector in all lanes, component by component.
+    #[inline(always)]
+    pub fn scaled(self, by: Vec3) -> Self {
+        Self { x: self.x * by.x, y: self.y * by.y, z: self.z * by.z }
+    }
+
+    /// Divided by it.
+    #[inline(always)]
+    pub fn unscaled(self, by: Vec3) -> Self {
+        Self { x: self.x / by.x, y: self.y / by.y, z: self.z / by.z }
+    }
+
     #[inline(always)]
     pub fn plus_y(self, y: f32) -> Self {
         Self { y: self.y + y, ..self }
@@ -137,25 +161,6 @@ impl<S: Simd> Mul<Number<S>> for Vector<S> {
     }
 }
 
-/// Component by component, the same in all lanes.
-impl<S: Simd> Mul<Vec3> for Vector<S> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(self, by: Vec3) -> Self {
-        Self { x: self.x * by.x, y: self.y * by.y, z: self.z * by.z }
-    }
-}
-
-impl<S: Simd> Div<Vec3> for Vector<S> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn div(self, by: Vec3) -> Self {
-        Self { x: self.x / by.x, y: self.y / by.y, z: self.z / by.z }
-    }
-}
-
 impl<S: Simd> Div<Number<S>> for Vector<S> {
     type Output = Self;
 
@@ -171,15 +176,6 @@ impl<S: Simd> Neg for Vector<S> {
     #[inline(always)]
     fn neg(self) -> Self {
         Self { x: -self.x, y: -self.y, z: -self.z }
-    }
-}
-
-impl<S: Simd> Mul<f32> for Vector<S> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(self, by: f32) -> Self {
-        Self { x: self.x * by, y: self.y * by, z: self.z * by }
     }
 }
 
@@ -213,6 +209,13 @@ impl<S: Simd> Matrix<S> {
         x.set_lane(lane, matrix.x_axis);
         y.set_lane(lane, matrix.y_axis);
         z.set_lane(lane, matrix.z_axis);
+    }
+
+    /// The product of the transposed matrix.
+    #[inline(always)]
+    pub fn back(self, vector: Vector<S>) -> Vector<S> {
+        let [x, y, z] = self.0;
+        Vector::new(x.dot(vector), y.dot(vector), z.dot(vector))
     }
 }
 

@@ -1,8 +1,8 @@
 //! What the solver reads at a substep's start and writes at its end.
 
 use super::lanes::{Vector, splat};
-use super::rows::{Aim, Friction, Moving, Normal, Row};
-use super::{Softness, Wide};
+use super::rows::{Aim, Friction, Moving, Normal, Row, Twist};
+use super::{Softness, Wide, unsigned};
 use crate::cpu::simulate::Workspace;
 use crate::world::{
     Body, SimSettings,
@@ -27,12 +27,15 @@ impl<S: Simd> Wide<S> {
             moving.inverse_mass = body.inverse_mass;
             for (lane, candidate) in candidates.iter().enumerate() {
                 let (pose, velocity) = (&candidate.poses[index], &candidate.velocities[index]);
-                let turn = Mat3::from_quat(pose.rotation);
-                let inverse_inertia = turn * Mat3::from_diagonal(body.inverse_inertia) * turn.transpose();
+                let root = Vec3::from(body.inverse_inertia.to_array().map(f32::sqrt));
+                let frame = Mat3::from_diagonal(root) * Mat3::from_quat(pose.rotation).transpose();
                 moving.origin.set_lane(lane, pose.translation);
                 moving.linear.set_lane(lane, velocity.linear);
-                moving.angular.set_lane(lane, velocity.angular);
-                moving.inverse_inertia.set_lane(lane, inverse_inertia);
+                moving.spin.set_lane(lane, velocity.angular);
+                moving.frame.set_lane(lane, frame);
+            }
+            if !body.is_static() {
+                moving.spin = (moving.frame * moving.spin).unscaled(body.inverse_inertia);
             }
         }
     }
@@ -53,8 +56,8 @@ impl<S: Simd> Wide<S> {
             let points = &self.union.points[patch.points()];
             // The rows are in the order of the patches, which the points were not.
             patch.first = self.normals.len() as u32;
-            for (k, point) in points.iter().enumerate() {
-                let row = Row::along(point.normal, arms(point.point), a, b).only(patch.having(k));
+            for point in points {
+                let row = Row::along(point.normal, arms(point.point), a, b);
                 let to_center = point.point - patch.center;
                 let start = point.separation - settings.rest_offset;
                 self.normals.push(Normal {
@@ -72,13 +75,13 @@ impl<S: Simd> Wide<S> {
                     |axis| Row::along(axis, center, a, b),
                 ),
                 arms: center,
-                twist: Row::about(patch.normal, a, b),
+                twist: Twist::about(patch.normal, a, b),
                 passed: Vector::splat(simd, Vec3::ZERO),
                 impulse: [patch.friction.dot(tangents[0]), patch.friction.dot(tangents[1]), patch.twist],
                 limit: splat(simd, 0.0),
                 twist_limit: splat(simd, 0.0),
             };
-            friction.bound(patch, &self.normals[patch.points()], settings.friction);
+            friction.bound(&self.normals[patch.points()], settings.friction);
             self.frictions.push(friction);
         }
     }
@@ -95,8 +98,8 @@ impl<S: Simd> Wide<S> {
             for (lane, own, turns) in wide.owners() {
                 let contacts = &mut candidates[lane].contacts;
                 let patch = &mut contacts.patches[own];
-                patch.friction = tangential.lane(lane);
-                patch.twist = twist[lane];
+                patch.friction = unsigned(tangential.lane(lane));
+                patch.twist = twist[lane] + 0.0;
                 let points = &mut contacts.points[patch.first as usize..][..turns.len()];
                 let mut sum = 0.0;
                 for (contact, &turn) in points.iter_mut().zip(turns) {

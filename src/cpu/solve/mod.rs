@@ -21,8 +21,6 @@ mod rows;
 mod sweep;
 mod union;
 
-pub use lanes::LANES;
-
 use super::simulate::Workspace;
 use crate::world::{
     Body, SimSettings,
@@ -32,6 +30,7 @@ use crate::world::{
     },
 };
 use fearless_simd::{Level, dispatch, prelude::*};
+use glam::Vec3;
 use lanes::{Number, at_most, splat};
 use rows::{Friction, Moving, Normal};
 use union::Union;
@@ -46,10 +45,19 @@ impl Solver {
         dispatch!(level, simd => Self(boxed(simd)))
     }
 
-    /// Advances up to `LANES` candidates by one substep. Contacts keep their impulses for the next call's warm start.
+    /// How many candidates `level` solves side by side.
+    pub fn lanes(level: Level) -> usize {
+        dispatch!(level, simd => lanes_of(simd))
+    }
+
+    /// Advances candidates by one substep. Contacts keep their impulses for the next call's warm start.
     pub fn substep(&mut self, bodies: &[Body], settings: &SimSettings, candidates: &mut [Workspace]) {
         self.0.substep(bodies, settings, candidates);
     }
+}
+
+fn lanes_of<S: Simd>(_: S) -> usize {
+    Number::<S>::LEN
 }
 
 fn boxed<S: Simd>(simd: S) -> Box<dyn Substep> {
@@ -76,19 +84,27 @@ impl<S: Simd> Substep for Wide<S> {
         let soft = Softness::new(settings.small_step());
         let dt = settings.substep();
         let simd = self.simd;
-        simd.vectorize(
-            #[inline(always)]
-            || self.load(bodies, settings, &soft, candidates),
-        );
-        self.small_steps(bodies, settings, &soft, candidates.len());
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                self.integrate(bodies, dt, candidates);
-                self.hand_over(dt, candidates);
-            },
-        );
+        for candidates in candidates.chunks_mut(Number::<S>::LEN) {
+            simd.vectorize(
+                #[inline(always)]
+                || self.load(bodies, settings, &soft, candidates),
+            );
+            self.small_steps(bodies, settings, &soft, candidates.len());
+            simd.vectorize(
+                #[inline(always)]
+                || {
+                    self.integrate(bodies, dt, candidates);
+                    self.hand_over(dt, candidates);
+                },
+            );
+        }
     }
+}
+
+/// The same with every nought positive. Contacts that a candidate lacks add noughts of either sign to its velocities, and no
+/// bit must tell of its company.
+fn unsigned(vector: Vec3) -> Vec3 {
+    vector + 0.0
 }
 
 /// Spring coefficients of a soft contact over a small step.
@@ -113,7 +129,7 @@ impl Softness {
     /// Speed at which two surfaces are to come closer, m/s: deep overlap is left faster.
     #[inline(always)]
     fn push_out<S: Simd>(&self, separation: Number<S>) -> Number<S> {
-        let deep = at_most(separation + TOUCHING_DEPTH, splat(separation.token(), 0.0));
+        let deep = at_most::<S>(separation + TOUCHING_DEPTH, splat(separation.token(), 0.0));
         (separation + RESTING_DEPTH) * self.bias_rate + deep * DEEP_PUSH_OUT_RATE
     }
 }

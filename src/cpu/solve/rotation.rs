@@ -34,7 +34,7 @@ impl<S: Simd> Rotation<S> {
     pub fn from_scaled_axis(v: Vector<S>) -> Self {
         let simd = v.token();
         let angle = v.dot(v).sqrt();
-        let [sine, cosine] = sin_cos_turns(angle * 0.5 * FRAC_2_PI);
+        let [sine, cosine] = sin_cos_turns::<S>(angle * 0.5 * FRAC_2_PI);
         let still = angle.simd_eq(0.0);
         let Self { xyz, w } = Self::identity(simd);
         Self { xyz: xyz.or(still, v / angle * sine), w: still.select(w, cosine) }
@@ -83,9 +83,9 @@ fn sin_cos_turns<S: Simd>(turns: Number<S>) -> [Number<S>; 2] {
     let z = x * x;
     let sine = x * (z * (z * (z * -0.000_195_152_96 + 0.008_332_161) + -0.166_666_55) + 1.0);
     let cosine = z * (z * (z * (z * 0.000_024_433_157 + -0.001_388_731_6) + 0.041_666_646) + -0.5) + 1.0;
-    let swapped = is_odd(quarter);
+    let swapped = is_odd::<S>(quarter);
     let [sine, cosine] = [swapped.select(cosine, sine), swapped.select(sine, cosine)];
-    let negative = |quarter: Number<S>| is_odd((quarter * 0.5).floor());
+    let negative = |quarter: Number<S>| is_odd::<S>((quarter * 0.5).floor());
     [negative(quarter).select(-sine, sine), negative(quarter + 1.0).select(-cosine, cosine)]
 }
 
@@ -114,7 +114,7 @@ mod tests {
             let turn = 0.004 * i as f32 * Vec3::new(0.6, -0.3, (0.1 * i as f32).sin());
             let other = Quat::from_rotation_y(0.3 * i as f32) * Quat::from_rotation_x(0.7) * 1.01;
             let (mut turns, mut others) = (Vector::splat(simd, Vec3::X), Rotation::identity(simd));
-            let lane = i % 8;
+            let lane = i % Number::<S>::LEN;
             turns.set_lane(lane, turn);
             others.set_lane(lane, other);
             let found = Rotation::from_scaled_axis(turns).after(others.conjugate()).unit();

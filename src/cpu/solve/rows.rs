@@ -1,24 +1,28 @@
 //! Bodies and constraints as the sweeps need them, of several candidates side by side.
 
 use super::Softness;
-use super::lanes::{Mask, Matrix, Number, Vector, at_least, splat};
+use super::lanes::{Mask, all, Matrix, Number, Vector, at_least, splat};
 use crate::world::SimSettings;
 use fearless_simd::prelude::*;
 use glam::Vec3;
 
 /// State of a body inside a substep.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Moving<S: Simd> {
     /// Where it is at the substep's start.
     pub origin: Vector<S>,
     pub linear: Vector<S>,
-    pub angular: Vector<S>,
-    /// Shift and turn since the substep's start, m and rad.
+    /// Angular velocity, as `frame` has it.
+    pub spin: Vector<S>,
+    /// Shift since the substep's start, m.
     pub shift: Vector<S>,
+    /// Turn since the substep's start, as `frame` has it.
     pub turn: Vector<S>,
     /// The same for all candidates.
     pub inverse_mass: f32,
-    pub inverse_inertia: Matrix<S>,
+    /// From the world to the body's principal axes at the substep's start, each scaled by the root of its inverse moment of
+    /// inertia: there a torque's arm is also what a unit impulse does to the spin, and the body weighs the same about all axes.
+    pub frame: Matrix<S>,
     /// A bit for every candidate: true if the body has contacts, or may come to touch something.
     pub touched: u32,
     /// The candidates in which a contact of the body changed its speed in the last rigid sweep, and in the present one.
@@ -33,13 +37,13 @@ impl<S: Simd> Moving<S> {
         Self {
             origin: zero,
             linear: zero,
-            angular: zero,
+            spin: zero,
             shift: zero,
             turn: zero,
             inverse_mass: 0.0,
-            inverse_inertia: Matrix::zero(simd),
+            frame: Matrix::zero(simd),
             touched: 0,
-            restless: [Mask::splat(simd, false); 2],
+            restless: [all(simd, false); 2],
         }
     }
 
@@ -50,63 +54,37 @@ impl<S: Simd> Moving<S> {
     }
 }
 
-/// One scalar constraint between two bodies: the relative velocity of their touching points along `axis`.
+/// One scalar constraint between two bodies: the relative velocity of their touching points along `axis`. Without effect on
+/// candidates whose axis is nought.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<S: Simd> {
     pub axis: Vector<S>,
-    pub angular_a: Vector<S>,
-    pub angular_b: Vector<S>,
-    /// World inverse inertia times the angular parts.
-    turn_a: Vector<S>,
-    turn_b: Vector<S>,
-    /// Inverse mass of the second body, 1/kg.
-    inverse_mass_b: Number<S>,
+    /// Torque of a unit impulse about either body, in its frame.
+    torque_a: Vector<S>,
+    torque_b: Vector<S>,
     /// Effective mass, kg.
     pub mass: Number<S>,
 }
 
 impl<S: Simd> Row<S> {
     #[inline(always)]
-    pub fn new(axis: Vector<S>, angular_a: Vector<S>, angular_b: Vector<S>, a: &Moving<S>, b: &Moving<S>) -> Self {
-        let (turn_a, turn_b) = (a.inverse_inertia * angular_a, b.inverse_inertia * angular_b);
-        let k = axis.dot(axis) * (a.inverse_mass + b.inverse_mass) + angular_a.dot(turn_a) + angular_b.dot(turn_b);
-        let zero = splat(k.token(), 0.0);
-        let mass = k.simd_gt(zero).select(splat(k.token(), 1.0) / k, zero);
-        let inverse_mass_b = splat(k.token(), b.inverse_mass);
-        Self { axis, angular_a, angular_b, turn_a, turn_b, inverse_mass_b, mass }
-    }
-
-    /// Without effect on the candidates that are not in `mask`: their velocities keep their bits when an impulse of +0 is
-    /// subtracted as +0 and added as −0, even those that are −0. Their axes must be +0 and have no effective mass.
-    #[inline(always)]
-    pub fn only(self, mask: Mask<S>) -> Self {
-        let simd = self.mass.token();
-        let zero = |number| Vector::splat(simd, Vec3::splat(number));
-        Self {
-            turn_a: self.turn_a.or(mask, zero(0.0)),
-            turn_b: self.turn_b.or(mask, zero(-0.0)),
-            inverse_mass_b: mask.select(self.inverse_mass_b, splat(simd, -0.0)),
-            ..self
-        }
+    fn new(axis: Vector<S>, torque_a: Vector<S>, torque_b: Vector<S>, a: &Moving<S>, b: &Moving<S>) -> Self {
+        let turning = torque_a.dot(torque_a) + torque_b.dot(torque_b);
+        let mass = inverse::<S>(axis.dot(axis) * (a.inverse_mass + b.inverse_mass) + turning);
+        Self { axis, torque_a, torque_b, mass }
     }
 
     /// With lever arms on both bodies.
     #[inline(always)]
     pub fn along(axis: Vector<S>, arms: [Vector<S>; 2], a: &Moving<S>, b: &Moving<S>) -> Self {
-        Self::new(axis, arms[0].cross(axis), arms[1].cross(axis), a, b)
-    }
-
-    /// Relative spin about `axis`.
-    #[inline(always)]
-    pub fn about(axis: Vector<S>, a: &Moving<S>, b: &Moving<S>) -> Self {
-        Self::new(Vector::splat(axis.token(), Vec3::ZERO), axis, axis, a, b)
+        Self::new(axis, a.frame * arms[0].cross(axis), b.frame * arms[1].cross(axis), a, b)
     }
 
     /// The same row with its lever arm on the first body longer by `by`, and shorter on the second.
     #[inline(always)]
     pub fn shifted(&self, by: Vector<S>, a: &Moving<S>, b: &Moving<S>) -> Self {
-        let turn = by.cross(self.axis);
-        Self::new(self.axis, self.angular_a + turn, self.angular_b - turn, a, b)
+        let torque = by.cross(self.axis);
+        Self::new(self.axis, self.torque_a + a.frame * torque, self.torque_b - b.frame * torque, a, b)
     }
 
     /// This where `mask` says so, `other` elsewhere.
@@ -114,11 +92,8 @@ impl<S: Simd> Row<S> {
     pub fn or(&self, mask: Mask<S>, other: &Self) -> Self {
         Self {
             axis: self.axis.or(mask, other.axis),
-            angular_a: self.angular_a.or(mask, other.angular_a),
-            angular_b: self.angular_b.or(mask, other.angular_b),
-            turn_a: self.turn_a.or(mask, other.turn_a),
-            turn_b: self.turn_b.or(mask, other.turn_b),
-            inverse_mass_b: other.inverse_mass_b,
+            torque_a: self.torque_a.or(mask, other.torque_a),
+            torque_b: self.torque_b.or(mask, other.torque_b),
             mass: mask.select(self.mass, other.mass),
         }
     }
@@ -126,8 +101,33 @@ impl<S: Simd> Row<S> {
     /// How far the touching points have moved apart along the axis since the substep's start, m.
     #[inline(always)]
     pub fn moved(&self, a: &Moving<S>, b: &Moving<S>) -> Number<S> {
-        self.axis.dot(b.shift - a.shift) + self.angular_b.dot(b.turn) - self.angular_a.dot(a.turn)
+        self.axis.dot(b.shift - a.shift) + self.torque_b.dot(b.turn) - self.torque_a.dot(a.turn)
     }
+}
+
+/// The relative spin of two bodies about an axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Twist<S: Simd> {
+    /// Unit torque about the axis, in either body's frame.
+    torque_a: Vector<S>,
+    torque_b: Vector<S>,
+    /// Effective moment of inertia, kg m².
+    pub mass: Number<S>,
+}
+
+impl<S: Simd> Twist<S> {
+    #[inline(always)]
+    pub fn about(axis: Vector<S>, a: &Moving<S>, b: &Moving<S>) -> Self {
+        let (torque_a, torque_b) = (a.frame * axis, b.frame * axis);
+        Self { torque_a, torque_b, mass: inverse::<S>(torque_a.dot(torque_a) + torque_b.dot(torque_b)) }
+    }
+}
+
+/// One over what is above nought.
+#[inline(always)]
+fn inverse<S: Simd>(number: Number<S>) -> Number<S> {
+    let zero = splat(number.token(), 0.0);
+    number.simd_gt(zero).select(splat(number.token(), 1.0) / number, zero)
 }
 
 /// A contact point ready to solve.
@@ -163,8 +163,8 @@ impl<S: Simd> Aim<S> {
     pub fn new(separation: Number<S>, mass: Number<S>, settings: &SimSettings, soft: &Softness) -> Self {
         let zero = splat(separation.token(), 0.0);
         let overlaps = separation.simd_le(zero);
-        let rigid_bias = at_least(separation, zero) / settings.small_step();
-        let push_out = at_least(soft.push_out(separation), splat(separation.token(), -settings.max_push_out));
+        let rigid_bias = at_least::<S>(separation, zero) / settings.small_step();
+        let push_out = at_least::<S>(soft.push_out::<S>(separation), splat(separation.token(), -settings.max_push_out));
         Self {
             rigid_bias,
             spring_bias: overlaps.select(push_out, rigid_bias),
@@ -181,7 +181,7 @@ pub struct Friction<S: Simd> {
     pub tangents: [Row<S>; 2],
     /// Lever arms of the centre of pressure on both bodies, m.
     pub arms: [Vector<S>; 2],
-    pub twist: Row<S>,
+    pub twist: Twist<S>,
     /// How far the second body had moved past the first when the lever arms were made, m.
     pub passed: Vector<S>,
     /// Accumulated impulses of one small step, N s and N m s.
@@ -194,39 +194,52 @@ pub struct Friction<S: Simd> {
 /// Velocities of two bodies while their constraints are solved.
 #[derive(Clone, Copy)]
 pub struct Pair<S: Simd> {
-    inverse_mass_a: Number<S>,
+    inverse_mass_a: f32,
+    inverse_mass_b: f32,
     linear_a: Vector<S>,
-    angular_a: Vector<S>,
+    spin_a: Vector<S>,
     linear_b: Vector<S>,
-    angular_b: Vector<S>,
+    spin_b: Vector<S>,
 }
 
 impl<S: Simd> Pair<S> {
     #[inline(always)]
-    pub fn of(simd: S, bodies: &[Moving<S>], a: u32, b: u32) -> Self {
+    pub fn of(bodies: &[Moving<S>], a: u32, b: u32) -> Self {
         let (a, b) = (&bodies[a as usize], &bodies[b as usize]);
         Self {
-            inverse_mass_a: splat(simd, a.inverse_mass),
+            inverse_mass_a: a.inverse_mass,
+            inverse_mass_b: b.inverse_mass,
             linear_a: a.linear,
-            angular_a: a.angular,
+            spin_a: a.spin,
             linear_b: b.linear,
-            angular_b: b.angular,
+            spin_b: b.spin,
         }
     }
 
-    /// Relative velocity along the row, m/s or rad/s.
+    /// Relative velocity along the row, m/s.
     #[inline(always)]
     pub fn relative(&self, row: &Row<S>) -> Number<S> {
-        row.axis.dot(self.linear_b - self.linear_a) + row.angular_b.dot(self.angular_b)
-            - row.angular_a.dot(self.angular_a)
+        row.axis.dot(self.linear_b - self.linear_a) + row.torque_b.dot(self.spin_b) - row.torque_a.dot(self.spin_a)
     }
 
     #[inline(always)]
     pub fn push(&mut self, row: &Row<S>, impulse: Number<S>) {
         self.linear_a -= row.axis * (impulse * self.inverse_mass_a);
-        self.angular_a -= row.turn_a * impulse;
-        self.linear_b += row.axis * (impulse * row.inverse_mass_b);
-        self.angular_b += row.turn_b * impulse;
+        self.spin_a -= row.torque_a * impulse;
+        self.linear_b += row.axis * (impulse * self.inverse_mass_b);
+        self.spin_b += row.torque_b * impulse;
+    }
+
+    /// Relative spin, rad/s.
+    #[inline(always)]
+    pub fn twisting(&self, twist: &Twist<S>) -> Number<S> {
+        twist.torque_b.dot(self.spin_b) - twist.torque_a.dot(self.spin_a)
+    }
+
+    #[inline(always)]
+    pub fn twist(&mut self, twist: &Twist<S>, impulse: Number<S>) {
+        self.spin_a -= twist.torque_a * impulse;
+        self.spin_b += twist.torque_b * impulse;
     }
 
     /// This where `mask` says so, `other` elsewhere.
@@ -234,9 +247,9 @@ impl<S: Simd> Pair<S> {
     pub fn or(self, mask: Mask<S>, other: Self) -> Self {
         Self {
             linear_a: self.linear_a.or(mask, other.linear_a),
-            angular_a: self.angular_a.or(mask, other.angular_a),
+            spin_a: self.spin_a.or(mask, other.spin_a),
             linear_b: self.linear_b.or(mask, other.linear_b),
-            angular_b: self.angular_b.or(mask, other.angular_b),
+            spin_b: self.spin_b.or(mask, other.spin_b),
             ..self
         }
     }
@@ -244,34 +257,8 @@ impl<S: Simd> Pair<S> {
     #[inline(always)]
     pub fn store(self, bodies: &mut [Moving<S>], a: u32, b: u32) {
         let body = &mut bodies[a as usize];
-        (body.linear, body.angular) = (self.linear_a, self.angular_a);
+        (body.linear, body.spin) = (self.linear_a, self.spin_a);
         let body = &mut bodies[b as usize];
-        (body.linear, body.angular) = (self.linear_b, self.angular_b);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use fearless_simd::{Level, dispatch};
-
-    /// Minus nought is what the velocities of things at rest often are, and a sum with +0 would make it +0.
-    #[test]
-    fn a_row_without_effect_keeps_the_sign_of_nought() {
-        dispatch!(Level::new(), simd => keeps_signs(simd));
-    }
-
-    fn keeps_signs<S: Simd>(simd: S) {
-        let nought = Vector::splat(simd, Vec3::splat(-0.0));
-        let mut body = Moving::ground(simd);
-        (body.linear, body.angular, body.inverse_mass) = (nought, nought, 1.0);
-        let bodies = [body, body];
-        let mut pair = Pair::of(simd, &bodies, 0, 1);
-        let zero = Vector::splat(simd, Vec3::ZERO);
-        let nobody = Mask::from_bitmask(simd, 0);
-        pair.push(&Row::new(zero, zero, zero, &bodies[0], &bodies[1]).only(nobody), splat(simd, 0.0));
-        for velocity in [pair.linear_a, pair.angular_a, pair.linear_b, pair.angular_b] {
-            assert!(velocity.lane(0).to_array().iter().all(|v| v.to_bits() == (-0.0f32).to_bits()));
-        }
+        (body.linear, body.spin) = (self.linear_b, self.spin_b);
     }
 }

@@ -1,6 +1,6 @@
 //! The sweeps of a small step over all contacts, and the motion between them.
 
-use super::lanes::{Mask, Number, at_least, at_most, splat, within};
+use super::lanes::{Mask, Number, all, at_least, at_most, splat, within};
 use super::rows::{Aim, Friction, Moving, Normal, Pair, Row};
 use super::union::WidePatch;
 use super::{Softness, Wide};
@@ -16,7 +16,7 @@ impl<S: Simd> Wide<S> {
     pub fn small_steps(&mut self, bodies: &[Body], settings: &SimSettings, soft: &Softness, candidates: usize) {
         let simd = self.simd;
         let h = settings.small_step();
-        let all = Mask::from_bitmask(simd, (1 << candidates) - 1);
+        let everyone = SimdMask::from_bitmask(simd, (1 << candidates) - 1);
         for _ in 0..settings.position_iterations.max(1) {
             simd.vectorize(
                 #[inline(always)]
@@ -25,7 +25,7 @@ impl<S: Simd> Wide<S> {
                     self.warm_start();
                 },
             );
-            self.disturb(all);
+            self.disturb(everyone);
             for sweep in 0..PUSHING_SWEEPS {
                 self.sweep_friction();
                 self.sweep_normals::<true>(settings, sweep % 2 == 1);
@@ -47,7 +47,7 @@ impl<S: Simd> Wide<S> {
             }
         }
         for _ in 1..settings.velocity_iterations {
-            self.disturb(all);
+            self.disturb(everyone);
             self.sweep_friction();
             self.sweep_normals::<false>(settings, false);
         }
@@ -56,7 +56,7 @@ impl<S: Simd> Wide<S> {
     /// All that moves in these candidates is restless.
     #[inline(always)]
     fn disturb(&mut self, candidates: Mask<S>) {
-        let nobody = Mask::splat(self.simd, false);
+        let nobody = all(self.simd, false);
         for body in &mut self.bodies {
             let who = if body.inverse_mass == 0.0 { nobody } else { candidates };
             body.restless = [who, nobody];
@@ -66,7 +66,7 @@ impl<S: Simd> Wide<S> {
     /// Ends a rigid sweep: true if nothing is restless any more.
     #[inline(always)]
     fn calm(&mut self) -> bool {
-        let nobody = Mask::splat(self.simd, false);
+        let nobody = all(self.simd, false);
         let mut left = nobody;
         for body in &mut self.bodies {
             let [_, now] = body.restless;
@@ -82,37 +82,30 @@ impl<S: Simd> Wide<S> {
         let angular = 1.0 / (1.0 + h * settings.angular_damping);
         for (moving, body) in self.bodies.iter_mut().zip(bodies) {
             if !body.is_static() {
-                moving.linear = moving.linear.plus_y(h * settings.gravity) * linear;
-                moving.angular = moving.angular * angular;
+                moving.linear = moving.linear.plus_y(h * settings.gravity).times(linear);
+                moving.spin = moving.spin.times(angular);
             }
         }
     }
 
     #[inline(always)]
     fn warm_start(&mut self) {
-        let Self { simd, bodies, union, frictions, normals } = self;
+        let Self { bodies, union, frictions, normals, .. } = self;
         for (patch, f) in union.patches.iter().zip(&*frictions) {
-            let before = Pair::of(*simd, bodies, patch.a, patch.b);
+            let before = Pair::of(bodies, patch.a, patch.b);
             let mut pair = before;
             let [u, v, twist] = f.impulse;
             pair.push(&f.tangents[0], u);
             pair.push(&f.tangents[1], v);
-            pair.push(&f.twist, twist);
+            pair.twist(&f.twist, twist);
             pair.or(patch.present(), before).store(bodies, patch.a, patch.b);
         }
         for patch in &union.patches {
-            let before = Pair::of(*simd, bodies, patch.a, patch.b);
-            let mut after = before;
-            let points = &normals[patch.points()];
-            // Each candidate's points in their own order, which is not that of the rows.
-            for turns in patch.orders() {
-                let mut pair = before;
-                for &turn in turns {
-                    pair.push(&points[turn].row, points[turn].impulse);
-                }
-                after = pair.or(patch.of_size(turns.len()), after);
+            let mut pair = Pair::of(bodies, patch.a, patch.b);
+            for n in &normals[patch.points()] {
+                pair.push(&n.row, n.impulse);
             }
-            after.store(bodies, patch.a, patch.b);
+            pair.store(bodies, patch.a, patch.b);
         }
     }
 
@@ -128,7 +121,7 @@ impl<S: Simd> Wide<S> {
                     if solved.all_false() {
                         continue;
                     }
-                    let before = Pair::of(self.simd, &self.bodies, patch.a, patch.b);
+                    let before = Pair::of(&self.bodies, patch.a, patch.b);
                     let mut pair = before;
                     f.solve(&mut pair, solved);
                     pair.or(solved, before).store(&mut self.bodies, patch.a, patch.b);
@@ -154,9 +147,9 @@ impl<S: Simd> Wide<S> {
                     if solved.all_false() {
                         continue;
                     }
-                    let before = Pair::of(*simd, bodies, patch.a, patch.b);
+                    let before = Pair::of(bodies, patch.a, patch.b);
                     let mut pair = before;
-                    let mut disturbed = Mask::splat(*simd, false);
+                    let mut disturbed = all(*simd, false);
                     let points = &mut normals[patch.points()];
                     for k in 0..points.len() {
                         let n = &mut points[if backwards { points.len() - 1 - k } else { k }];
@@ -167,7 +160,7 @@ impl<S: Simd> Wide<S> {
                         }
                     }
                     if !SPRINGS {
-                        frictions[i].bound(patch, points, settings.friction);
+                        frictions[i].bound(points, settings.friction);
                         pair = pair.or(solved, before);
                     }
                     pair.store(bodies, patch.a, patch.b);
@@ -188,8 +181,8 @@ impl<S: Simd> Wide<S> {
     #[inline(always)]
     fn advance(&mut self, h: f32) {
         for moving in &mut self.bodies {
-            moving.shift += moving.linear * h;
-            moving.turn += moving.angular * h;
+            moving.shift += moving.linear.times(h);
+            moving.turn += moving.spin.times(h);
         }
     }
 
@@ -219,14 +212,14 @@ impl<S: Simd> Wide<S> {
             if far.all_false() {
                 continue;
             }
-            let by = since * 0.5;
+            let by = since.times(0.5);
             f.passed = passed.or(far, f.passed);
             f.arms = [(f.arms[0] + by).or(far, f.arms[0]), (f.arms[1] - by).or(far, f.arms[1])];
             for row in &mut f.tangents {
                 *row = Row::along(row.axis, f.arms, a, b).or(far, row);
             }
-            for (k, n) in self.normals[patch.points()].iter_mut().enumerate() {
-                n.row = n.row.shifted(by, a, b).only(patch.having(k)).or(far, &n.row);
+            for n in &mut self.normals[patch.points()] {
+                n.row = n.row.shifted(by, a, b).or(far, &n.row);
             }
         }
     }
@@ -243,12 +236,12 @@ impl<S: Simd> Friction<S> {
     #[inline(always)]
     fn solve(&mut self, pair: &mut Pair<S>, solved: Mask<S>) {
         let [old_u, old_v, old_twist] = self.impulse;
-        let wanted = old_twist - self.twist.mass * pair.relative(&self.twist);
-        let twist = within(wanted, self.twist_limit);
-        pair.push(&self.twist, twist - old_twist);
+        let wanted = old_twist - self.twist.mass * pair.twisting(&self.twist);
+        let twist = within::<S>(wanted, self.twist_limit);
+        pair.twist(&self.twist, twist - old_twist);
         let [u, v] = &self.tangents;
         // One mass for both, or what slides would be drawn aside, towards the tangent of the larger one.
-        let mass = at_most(u.mass, v.mass);
+        let mass = at_most::<S>(u.mass, v.mass);
         let mut new_u = old_u - mass * pair.relative(u);
         let mut new_v = old_v - mass * pair.relative(v);
         let length = (new_u * new_u + new_v * new_v).sqrt();
@@ -265,18 +258,14 @@ impl<S: Simd> Friction<S> {
 
     /// Takes over what the points' impulses allow.
     #[inline(always)]
-    pub fn bound(&mut self, patch: &WidePatch<S>, points: &[Normal<S>], coefficient: f32) {
-        for turns in patch.orders() {
-            let (mut sum, mut twist) = (points[turns[0]].impulse, points[turns[0]].impulse * points[turns[0]].lever);
-            for &turn in &turns[1..] {
-                let n = &points[turn];
-                sum += n.impulse;
-                twist += n.impulse * n.lever;
-            }
-            let here = patch.of_size(turns.len());
-            self.limit = here.select(sum * coefficient, self.limit);
-            self.twist_limit = here.select(twist * coefficient, self.twist_limit);
+    pub fn bound(&mut self, points: &[Normal<S>], coefficient: f32) {
+        let zero = splat(self.limit.token(), 0.0);
+        let (mut sum, mut twist) = (zero, zero);
+        for n in points {
+            sum += n.impulse;
+            twist += n.impulse * n.lever;
         }
+        (self.limit, self.twist_limit) = (sum * coefficient, twist * coefficient);
     }
 }
 
@@ -306,6 +295,6 @@ impl<S: Simd> Normal<S> {
     fn total(&self, pair: &Pair<S>, bias: Number<S>, mass: Number<S>, leak: Number<S>) -> Number<S> {
         let correction = mass * (pair.relative(&self.row) + bias);
         let total = self.impulse - correction - leak * (self.impulse - self.load);
-        at_least(total, splat(total.token(), 0.0))
+        at_least::<S>(total, splat(total.token(), 0.0))
     }
 }

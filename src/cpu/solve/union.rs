@@ -7,7 +7,7 @@
 //! Patches that share no body that moves may be solved in any order, with the same bits. They come one after the other, so
 //! that the processor begins with the next while it waits for one.
 
-use super::lanes::{LANES, Mask, Number, Vector, splat};
+use super::lanes::{MOST_LANES, Mask, Number, Vector, splat};
 use crate::cpu::contacts::{Contact, ContactSet, GROUND, Patch};
 use crate::cpu::narrow_phase::tangents;
 use crate::world::{Body, constants::MAX_MANIFOLD_POINTS};
@@ -42,12 +42,10 @@ pub struct WidePatch<S: Simd> {
     /// Its points, in the order of a sweep.
     pub first: u32,
     pub count: u32,
-    /// Bit `n`: some candidate has `n` points.
-    pub sizes: u32,
     /// The number of points.
     pub counts: Number<S>,
     /// Index of the patch among the candidate's own.
-    pub own: [u32; LANES],
+    pub own: [u32; MOST_LANES],
     pub normal: Vector<S>,
     /// Where the patch carries its load.
     pub center: Vector<S>,
@@ -60,25 +58,6 @@ impl<S: Simd> WidePatch<S> {
     #[inline(always)]
     pub fn present(&self) -> Mask<S> {
         self.counts.simd_gt(0.0)
-    }
-
-    /// The candidates that have the point of row `k`.
-    #[inline(always)]
-    pub fn having(&self, k: usize) -> Mask<S> {
-        self.counts.simd_gt(k as f32)
-    }
-
-    /// The candidates with so many points.
-    #[inline(always)]
-    pub fn of_size(&self, count: usize) -> Mask<S> {
-        self.counts.simd_eq(count as f32)
-    }
-
-    /// The numbers of points that occur, each with the order of the points in the union's rows.
-    #[inline(always)]
-    pub fn orders(&self) -> impl Iterator<Item = &'static [usize]> + use<S> {
-        let sizes = self.sizes;
-        TURNS.iter().enumerate().filter(move |(n, _)| sizes >> n & 1 == 1).map(|(n, turns)| &turns[..n])
     }
 
     /// The candidates that have it: lane, index of the patch there, order of its points in the union's rows.
@@ -117,7 +96,7 @@ pub struct WidePoint<S: Simd> {
     pub load: Number<S>,
 }
 
-/// The patches and points of up to `LANES` candidates.
+/// The patches and points of up to `MOST_LANES` candidates.
 #[derive(Debug)]
 pub struct Union<S: Simd> {
     simd: S,
@@ -140,7 +119,7 @@ impl<S: Simd> Union<S> {
         levels.resize(bodies.len(), 0);
         patches.clear();
         points.clear();
-        let mut cursors = [const { None }; LANES];
+        let mut cursors = [const { None }; MOST_LANES];
         cursors.iter_mut().zip(sets).for_each(|(cursor, set)| *cursor = Some(Cursor::new(set)));
         let zero = splat(*simd, 0.0);
         let origin = Vector::splat(*simd, Vec3::ZERO);
@@ -151,9 +130,8 @@ impl<S: Simd> Union<S> {
                 level: 0,
                 first: points.len() as u32,
                 count: 0,
-                sizes: 0,
                 counts: zero,
-                own: [u32::MAX; LANES],
+                own: [u32::MAX; MOST_LANES],
                 normal: origin,
                 center: origin,
                 friction: origin,
@@ -171,7 +149,6 @@ impl<S: Simd> Union<S> {
                 }
                 wide.a = if patch.a == GROUND { bodies.len() as u32 } else { patch.a };
                 (wide.b, wide.own[lane]) = (patch.b, own);
-                wide.sizes |= 1 << count;
                 wide.counts[lane] = count as f32;
                 let own_points = cursor.set.points_of(patch);
                 wide.normal.set_lane(lane, patch.normal);
