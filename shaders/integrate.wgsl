@@ -69,21 +69,32 @@ struct End {
     spin: vec3<f32>,
 }
 
-fn end_of_compact(state: Moving, old: vec4<f32>, inverse_inertia: vec3<f32>) -> End {
-    let momentum = rotate(old, rotate(conjugate(old), state.angular) / inverse_inertia);
-    let ahead = spin_at(turned(old, state.turn), momentum, inverse_inertia);
-    let next = turned(old, state.turn + 0.5 * sim.substep * (ahead - state.angular));
+// What a body's frame has, in the world.
+fn from_frame(state: Moving, v: vec3<f32>) -> vec3<f32> {
+    return vec3(dot(state.frame_x, v), dot(state.frame_y, v), dot(state.frame_z, v));
+}
+
+fn end_of_compact(spin: vec3<f32>, turn: vec3<f32>, old: vec4<f32>, inverse_inertia: vec3<f32>) -> End {
+    let momentum = rotate(old, rotate(conjugate(old), spin) / inverse_inertia);
+    let ahead = spin_at(turned(old, turn), momentum, inverse_inertia);
+    let next = turned(old, turn + 0.5 * sim.substep * (ahead - spin));
     return End(next, spin_at(next, momentum, inverse_inertia));
 }
 
-fn end_of_slender(state: Moving, old: vec4<f32>, inverse_inertia: vec3<f32>) -> End {
-    let spin = rotate(conjugate(old), state.angular);
+fn end_of_slender(
+    world_spin: vec3<f32>,
+    turn: vec3<f32>,
+    old: vec4<f32>,
+    inverse_inertia: vec3<f32>,
+    is_touched: bool,
+) -> End {
+    let spin = rotate(conjugate(old), world_spin);
     let next = free_spin(spin, inverse_inertia);
-    let ahead = rotate(turned(old, state.turn), next);
-    let turned_on = turned(old, state.turn + 0.5 * sim.substep * (ahead - state.angular));
+    let ahead = rotate(turned(old, turn), next);
+    let turned_on = turned(old, turn + 0.5 * sim.substep * (ahead - world_spin));
     let correction = aligning(rotate(turned_on, next / inverse_inertia), rotate(old, spin / inverse_inertia));
     let aligned = unit_rotation(compose(correction, turned_on));
-    let rotation = select(turned_on, aligned, state.touched == 0u);
+    let rotation = select(aligned, turned_on, is_touched);
     return End(rotation, rotate(rotation, next));
 }
 
@@ -115,11 +126,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let at = poses[i].translation + state.shift;
         let most = max(inverse_inertia.x, max(inverse_inertia.y, inverse_inertia.z));
         let least = min(inverse_inertia.x, min(inverse_inertia.y, inverse_inertia.z));
+        let spin = from_frame(state, state.spin);
+        let turn = from_frame(state, state.turn);
         var end: End;
         if (most > SLENDER_INERTIA_RATIO * least) {
-            end = end_of_slender(state, old, inverse_inertia);
+            end = end_of_slender(spin, turn, old, inverse_inertia, state.touched != 0u);
         } else {
-            end = end_of_compact(state, old, inverse_inertia);
+            end = end_of_compact(spin, turn, old, inverse_inertia);
         }
         poses[i] = Pose(end.rotation, at);
         velocities[i] = Velocity(state.linear, end.spin);
@@ -134,17 +147,19 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let point_share = min(POINT_LOAD_RATE * sim.substep, 1.0);
     for (var i = slots; i < slots + min(patch_counts[candidate], sim.contacts); i++) {
         let impulse = frictions[i].impulse;
-        let u = tangent(patches[i].normal);
-        patches[i].friction = impulse.x * u + impulse.y * cross(patches[i].normal, u);
+        patches[i].friction = impulse.x * frictions[i].u + impulse.y * frictions[i].v;
         patches[i].twist = impulse.z;
         let first = slots + patches[i].first;
-        let end = first + patches[i].count;
+        let count = patches[i].count;
+        let end = first + count;
+        for (var k = 0u; k < count; k++) {
+            contacts[first + turn_of(k, count)].impulse = normals[first + k].impulse;
+        }
         var mean = 0.0;
         for (var j = first; j < end; j++) {
-            contacts[j].impulse = normals[j].impulse;
             mean += excess(contacts[j]);
         }
-        mean /= f32(patches[i].count);
+        mean /= f32(count);
         for (var j = first; j < end; j++) {
             let own = excess(contacts[j]) - mean;
             contacts[j].load = contacts[j].load + patch_share * mean + point_share * own;

@@ -30,14 +30,12 @@ var<workgroup> most_patches: atomic<u32>;
 struct Pair {
     a: u32,
     b: u32,
-    mass_a: f32,
-    mass_b: f32,
-    inertia_a: mat3x3<f32>,
-    inertia_b: mat3x3<f32>,
+    inverse_mass_a: f32,
+    inverse_mass_b: f32,
     linear_a: vec3<f32>,
-    angular_a: vec3<f32>,
+    spin_a: vec3<f32>,
     linear_b: vec3<f32>,
-    angular_b: vec3<f32>,
+    spin_b: vec3<f32>,
 }
 
 // Row of `moving` with a patch's first body.
@@ -55,33 +53,36 @@ fn pair_of(at: Patch, bodies: u32) -> Pair {
         b,
         body_a.inverse_mass,
         body_b.inverse_mass,
-        inertia_of(body_a),
-        inertia_of(body_b),
         body_a.linear,
-        body_a.angular,
+        body_a.spin,
         body_b.linear,
-        body_b.angular,
+        body_b.spin,
     );
 }
 
 fn store(pair: ptr<function, Pair>) {
     moving[(*pair).a].linear = (*pair).linear_a;
-    moving[(*pair).a].angular = (*pair).angular_a;
+    moving[(*pair).a].spin = (*pair).spin_a;
     moving[(*pair).b].linear = (*pair).linear_b;
-    moving[(*pair).b].angular = (*pair).angular_b;
+    moving[(*pair).b].spin = (*pair).spin_b;
 }
 
-// Relative velocity along the row, m/s or rad/s.
+// Relative velocity along the row, m/s.
 fn relative(pair: ptr<function, Pair>, row: Row) -> f32 {
-    return dot(row.axis, (*pair).linear_b - (*pair).linear_a) + dot(row.angular_b, (*pair).angular_b)
-        - dot(row.angular_a, (*pair).angular_a);
+    return dot(row.axis, (*pair).linear_b - (*pair).linear_a) + dot(row.torque_b, (*pair).spin_b)
+        - dot(row.torque_a, (*pair).spin_a);
 }
 
 fn push(pair: ptr<function, Pair>, row: Row, impulse: f32) {
-    (*pair).linear_a -= impulse * (*pair).mass_a * row.axis;
-    (*pair).angular_a -= impulse * times((*pair).inertia_a, row.angular_a);
-    (*pair).linear_b += impulse * (*pair).mass_b * row.axis;
-    (*pair).angular_b += impulse * times((*pair).inertia_b, row.angular_b);
+    (*pair).linear_a -= impulse * (*pair).inverse_mass_a * row.axis;
+    (*pair).spin_a -= impulse * row.torque_a;
+    (*pair).linear_b += impulse * (*pair).inverse_mass_b * row.axis;
+    (*pair).spin_b += impulse * row.torque_b;
+}
+
+fn twist_by(pair: ptr<function, Pair>, friction: Friction, impulse: f32) {
+    (*pair).spin_a -= impulse * friction.twist_a;
+    (*pair).spin_b += impulse * friction.twist_b;
 }
 
 fn accelerate(bodies: u32) {
@@ -90,7 +91,7 @@ fn accelerate(bodies: u32) {
     for (var i = bodies; i < bodies + batch.bodies; i++) {
         let gain = select(sim.small_step * sim.gravity, 0.0, moving[i].inverse_mass == 0.0);
         moving[i].linear = (moving[i].linear + vec3(0.0, gain, 0.0)) * linear;
-        moving[i].angular *= angular;
+        moving[i].spin *= angular;
         moving[i].restless = select(PUSHING_SWEEPS, 0u, moving[i].inverse_mass == 0.0);
     }
 }
@@ -99,18 +100,17 @@ fn warm_start(bodies: u32, slots: u32, count: u32) {
     for (var i = slots; i < slots + count; i++) {
         let at = patches[i];
         let friction = frictions[i];
-        let u = tangent(at.normal);
         var pair = pair_of(at, bodies);
-        push(&pair, row_along(u, friction.arm_a, friction.arm_b), friction.impulse.x);
-        push(&pair, row_along(cross(at.normal, u), friction.arm_a, friction.arm_b), friction.impulse.y);
-        push(&pair, row_about(at.normal), friction.impulse.z);
+        push(&pair, Row(friction.u, friction.u_a, friction.u_b), friction.impulse.x);
+        push(&pair, Row(friction.v, friction.v_a, friction.v_b), friction.impulse.y);
+        twist_by(&pair, friction, friction.impulse.z);
         store(&pair);
     }
     for (var i = slots; i < slots + count; i++) {
         let at = patches[i];
         var pair = pair_of(at, bodies);
         for (var j = slots + at.first; j < slots + at.first + at.count; j++) {
-            push(&pair, Row(normals[j].axis, normals[j].angular_a, normals[j].angular_b), normals[j].impulse);
+            push(&pair, Row(normals[j].axis, normals[j].torque_a, normals[j].torque_b), normals[j].impulse);
         }
         store(&pair);
     }
@@ -136,37 +136,21 @@ fn sweep_friction(bodies: u32, slots: u32, count: u32, sweep: u32) {
         }
         let friction = frictions[i];
         var pair = pair_of(at, bodies);
-        var limit = 0.0;
-        var twist_limit = 0.0;
-        for (var j = slots + at.first; j < slots + at.first + at.count; j++) {
-            limit += normals[j].rigid;
-            twist_limit += normals[j].rigid * normals[j].lever;
-        }
-        limit *= sim.friction;
-        twist_limit *= sim.friction;
         let old = friction.impulse;
-        let spin = row_about(at.normal);
-        let twist = clamp(old.z - friction.mass_twist * relative(&pair, spin), -twist_limit, twist_limit);
-        push(&pair, spin, twist - old.z);
-        let axis = tangent(at.normal);
-        let u = row_along(axis, friction.arm_a, friction.arm_b);
-        let v = row_along(cross(at.normal, axis), friction.arm_a, friction.arm_b);
-        // One mass for both, or what slides would be drawn aside, towards the tangent of the larger one.
-        let mass = min(friction.mass_u, friction.mass_v);
-        let wanted = old.xy - vec2(mass * relative(&pair, u), mass * relative(&pair, v));
+        let spinning = dot(friction.twist_b, pair.spin_b) - dot(friction.twist_a, pair.spin_a);
+        let most = friction.twist_limit;
+        let twist = clamp(old.z - friction.mass_twist * spinning, -most, most);
+        twist_by(&pair, friction, twist - old.z);
+        let u = Row(friction.u, friction.u_a, friction.u_b);
+        let v = Row(friction.v, friction.v_a, friction.v_b);
+        let wanted = old.xy - vec2(friction.mass * relative(&pair, u), friction.mass * relative(&pair, v));
         let size = length(wanted);
-        let tangential = wanted * select(1.0, limit / size, size > limit);
+        let tangential = wanted * select(1.0, friction.limit / size, size > friction.limit);
         push(&pair, u, tangential.x - old.x);
         push(&pair, v, tangential.y - old.y);
         frictions[i].impulse = vec3(tangential, twist);
         store(&pair);
     }
-}
-
-// Which of `count` points of a patch comes as the `k`-th of a sweep: every third.
-fn turn_of(k: u32, backwards: bool, count: u32) -> u32 {
-    let step = select(k, count - 1u - k, backwards);
-    return select(3u * step % count, step, count % 3u == 0u);
 }
 
 // One sweep over all patches, one way or the other: with `soft` overlap is pushed out, without only approach is stopped.
@@ -180,20 +164,23 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, sweep: u32, soft: bool, ba
     let a3 = 1.0 / (1.0 + a2);
     var changed = false;
     for (var p = 0u; p < count; p++) {
-        let at = patches[slots + select(p, count - 1u - p, backwards)];
+        let i = slots + select(p, count - 1u - p, backwards);
+        let at = patches[i];
         if (!is_restless(at, bodies, sweep)) {
             continue;
         }
         var disturbed = false;
+        var limit = 0.0;
+        var twist_limit = 0.0;
         var pair = pair_of(at, bodies);
         let shift = moving[pair.b].shift - moving[pair.a].shift;
         let turn_a = moving[pair.a].turn;
         let turn_b = moving[pair.b].turn;
         for (var k = 0u; k < at.count; k++) {
-            let j = slots + at.first + turn_of(k, backwards, at.count);
+            let j = slots + at.first + select(k, at.count - 1u - k, backwards);
             let n = normals[j];
-            let row = Row(n.axis, n.angular_a, n.angular_b);
-            let moved = dot(n.axis, shift) + dot(n.angular_b, turn_b) - dot(n.angular_a, turn_a);
+            let row = Row(n.axis, n.torque_a, n.torque_b);
+            let moved = dot(n.axis, shift) + dot(n.torque_b, turn_b) - dot(n.torque_a, turn_a);
             let separation = n.separation + moved;
             let springy = soft && separation <= 0.0;
             let deep = DEEP_PUSH_OUT_RATE * min(separation + TOUCHING_DEPTH, 0.0);
@@ -205,9 +192,14 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, sweep: u32, soft: bool, ba
             push(&pair, row, change);
             disturbed |= abs(change) > RELAXED_SPEED * n.mass;
             normals[j].impulse = total;
-            normals[j].rigid = select(total, n.rigid, soft);
+            limit += total;
+            twist_limit += total * n.lever;
         }
         store(&pair);
+        if (!soft) {
+            frictions[i].limit = limit * sim.friction;
+            frictions[i].twist_limit = twist_limit * sim.friction;
+        }
         if (!soft && disturbed) {
             disturb(pair.a, sweep);
             disturb(pair.b, sweep);
@@ -221,7 +213,7 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, sweep: u32, soft: bool, ba
 fn advance(bodies: u32) {
     for (var i = bodies; i < bodies + batch.bodies; i++) {
         moving[i].shift += sim.small_step * moving[i].linear;
-        moving[i].turn += sim.small_step * moving[i].angular;
+        moving[i].turn += sim.small_step * moving[i].spin;
     }
 }
 
@@ -239,21 +231,19 @@ fn follow(bodies: u32, slots: u32, count: u32) {
             continue;
         }
         let by = 0.5 * further;
-        let arm_a = frictions[i].arm_a + by;
-        let arm_b = frictions[i].arm_b - by;
-        let u = tangent(at.normal);
-        frictions[i].arm_a = arm_a;
-        frictions[i].arm_b = arm_b;
-        frictions[i].passed = passed;
-        frictions[i].mass_u = mass_of(row_along(u, arm_a, arm_b), a, b);
-        frictions[i].mass_v = mass_of(row_along(cross(at.normal, u), arm_a, arm_b), a, b);
+        var friction = frictions[i];
+        friction.arm_a += by;
+        friction.arm_b -= by;
+        friction.passed = passed;
+        aim_friction(&friction, a, b);
+        frictions[i] = friction;
         for (var j = slots + at.first; j < slots + at.first + at.count; j++) {
-            let axis = normals[j].axis;
-            let turn = cross(by, axis);
-            let row = Row(axis, normals[j].angular_a + turn, normals[j].angular_b - turn);
-            normals[j].angular_a = row.angular_a;
-            normals[j].angular_b = row.angular_b;
-            normals[j].mass = mass_of(row, a, b);
+            let torque = cross(by, normals[j].axis);
+            let torque_a = normals[j].torque_a + times(frame_of(a), torque);
+            let torque_b = normals[j].torque_b - times(frame_of(b), torque);
+            normals[j].torque_a = torque_a;
+            normals[j].torque_b = torque_b;
+            normals[j].mass = mass_of(Row(normals[j].axis, torque_a, torque_b), a, b);
         }
     }
 }

@@ -25,16 +25,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     var state = Moving();
     if (body < batch.bodies) {
         let i = index / row * batch.bodies + body;
-        let turn = matrix(poses[i].rotation);
-        let d = bodies[body].inverse_inertia;
-        let scaled = mat3x3(turn[0] * d.x, turn[1] * d.y, turn[2] * d.z);
-        let back = transpose(turn);
+        let back = transpose(matrix(poses[i].rotation));
+        let inverse_inertia = bodies[body].inverse_inertia;
+        let root = sqrt(inverse_inertia);
         state.linear = velocities[i].linear;
-        state.angular = velocities[i].angular;
         state.inverse_mass = bodies[body].inverse_mass;
-        state.inertia_x = times(scaled, back[0]);
-        state.inertia_y = times(scaled, back[1]);
-        state.inertia_z = times(scaled, back[2]);
+        state.frame_x = root * back[0];
+        state.frame_y = root * back[1];
+        state.frame_z = root * back[2];
+        if (state.inverse_mass > 0.0) {
+            state.spin = times(frame_of(state), velocities[i].angular) / inverse_inertia;
+        }
     }
     moving[index] = state;
 }

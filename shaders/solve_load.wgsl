@@ -58,30 +58,36 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let origin_b = poses[first_body + at.b].translation;
         let first = slots + at.first;
         let center = center_of_pressure(first, at.count);
-        let u = tangent(at.normal);
-        let v = cross(at.normal, u);
         var friction = Friction();
+        friction.u = tangent(at.normal);
+        friction.v = cross(at.normal, friction.u);
         friction.arm_a = center - origin_a;
         friction.arm_b = center - origin_b;
-        friction.mass_u = mass_of(row_along(u, friction.arm_a, friction.arm_b), a, b);
-        friction.mass_v = mass_of(row_along(v, friction.arm_a, friction.arm_b), a, b);
-        friction.mass_twist = mass_of(row_about(at.normal), a, b);
-        friction.impulse = vec3(dot(at.friction, u), dot(at.friction, v), at.twist);
-        frictions[slots + i] = friction;
-        for (var j = first; j < first + at.count; j++) {
-            let contact = contacts[j];
-            let row = row_along(contact.normal, contact.point - origin_a, contact.point - origin_b);
-            normals[j] = Normal(
+        aim_friction(&friction, a, b);
+        friction.twist_a = times(frame_of(a), at.normal);
+        friction.twist_b = times(frame_of(b), at.normal);
+        friction.mass_twist =
+            inverse_of(dot(friction.twist_a, friction.twist_a) + dot(friction.twist_b, friction.twist_b));
+        friction.impulse = vec3(dot(at.friction, friction.u), dot(at.friction, friction.v), at.twist);
+        for (var k = 0u; k < at.count; k++) {
+            let contact = contacts[first + turn_of(k, at.count)];
+            let row = row_along(contact.normal, contact.point - origin_a, contact.point - origin_b, a, b);
+            let lever = distance(contact.point, center);
+            normals[first + k] = Normal(
                 row.axis,
                 mass_of(row, a, b),
-                row.angular_a,
+                row.torque_a,
                 contact.separation - sim.rest_offset,
-                row.angular_b,
-                distance(contact.point, center),
-                contact.impulse,
+                row.torque_b,
+                lever,
                 contact.impulse,
                 contact.load,
             );
+            friction.limit += contact.impulse;
+            friction.twist_limit += contact.impulse * lever;
         }
+        friction.limit *= sim.friction;
+        friction.twist_limit *= sim.friction;
+        frictions[slots + i] = friction;
     }
 }

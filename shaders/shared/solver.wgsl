@@ -8,51 +8,66 @@ struct Moving {
     // m/s
     linear: vec3<f32>,
     inverse_mass: f32,
-    // rad/s
-    angular: vec3<f32>,
+    // Angular velocity, as the frame has it.
+    spin: vec3<f32>,
     // 1 if it has contacts, or may come to touch something.
     touched: u32,
-    // Shift and turn since the substep's start, m and rad.
+    // Shift since the substep's start, m.
     shift: vec3<f32>,
     // The number of the last sweep of the small step in which its contacts are solved.
     restless: u32,
+    // Turn since the substep's start, as the frame has it.
     turn: vec3<f32>,
-    // Columns of the world inverse inertia, 1 / (kg m²).
-    inertia_x: vec3<f32>,
-    inertia_y: vec3<f32>,
-    inertia_z: vec3<f32>,
+    // Columns of the frame: from the world to the body's principal axes at the substep's start, each scaled by the root of
+    // its inverse moment of inertia. There a torque's arm is also what a unit impulse does to the spin.
+    frame_x: vec3<f32>,
+    frame_y: vec3<f32>,
+    frame_z: vec3<f32>,
 }
 
-// A contact point ready to solve.
+// A contact point ready to solve, in the order of a sweep.
 struct Normal {
     axis: vec3<f32>,
     // Effective mass, kg.
     mass: f32,
-    angular_a: vec3<f32>,
+    // Torque of a unit impulse about either body, in its frame.
+    torque_a: vec3<f32>,
     // Separation at the substep's start less the rest offset, m.
     separation: f32,
-    angular_b: vec3<f32>,
+    torque_b: vec3<f32>,
     // Distance from the patch's centre, m: lever of its friction against twisting.
     lever: f32,
     // Accumulated impulse of one small step, N s.
     impulse: f32,
-    // The impulse after the last rigid sweep: what bounds friction.
-    rigid: f32,
     // `Contact::load`
     load: f32,
 }
 
 // Friction of a patch: two directions at the centre of pressure and the twist about the normal.
 struct Friction {
+    // The directions.
+    u: vec3<f32>,
+    // Effective mass, the smaller one: with one each, what slides would be drawn aside. kg
+    mass: f32,
+    v: vec3<f32>,
+    // Effective moment of inertia about the normal, kg m².
+    mass_twist: f32,
+    // Torques of unit impulses about either body, in its frame.
+    u_a: vec3<f32>,
+    // What the points' impulses after the last rigid sweep allow: N s along the surface, N m s about the normal.
+    limit: f32,
+    u_b: vec3<f32>,
+    twist_limit: f32,
+    v_a: vec3<f32>,
+    v_b: vec3<f32>,
+    // Unit torques about the normal, in the bodies' frames.
+    twist_a: vec3<f32>,
+    twist_b: vec3<f32>,
     // Lever arms of the centre, m.
     arm_a: vec3<f32>,
-    // Effective masses, kg and kg m².
-    mass_u: f32,
     arm_b: vec3<f32>,
-    mass_v: f32,
     // How far the second body had moved past the first when the lever arms were made, m.
     passed: vec3<f32>,
-    mass_twist: f32,
     // Accumulated along both directions, N s, and about the normal, N m s.
     impulse: vec3<f32>,
 }
@@ -69,30 +84,44 @@ struct Cursor {
 // One scalar constraint between two bodies: the relative velocity of their touching points along `axis`.
 struct Row {
     axis: vec3<f32>,
-    angular_a: vec3<f32>,
-    angular_b: vec3<f32>,
+    torque_a: vec3<f32>,
+    torque_b: vec3<f32>,
 }
 
-fn inertia_of(body: Moving) -> mat3x3<f32> {
-    return mat3x3(body.inertia_x, body.inertia_y, body.inertia_z);
+fn frame_of(body: Moving) -> mat3x3<f32> {
+    return mat3x3(body.frame_x, body.frame_y, body.frame_z);
+}
+
+fn inverse_of(k: f32) -> f32 {
+    return select(0.0, 1.0 / k, k > 0.0);
 }
 
 // Effective mass of a row.
 fn mass_of(row: Row, a: Moving, b: Moving) -> f32 {
-    let k = dot(row.axis, row.axis) * (a.inverse_mass + b.inverse_mass)
-        + dot(row.angular_a, times(inertia_of(a), row.angular_a))
-        + dot(row.angular_b, times(inertia_of(b), row.angular_b));
-    return select(0.0, 1.0 / k, k > 0.0);
+    let turning = dot(row.torque_a, row.torque_a) + dot(row.torque_b, row.torque_b);
+    return inverse_of(dot(row.axis, row.axis) * (a.inverse_mass + b.inverse_mass) + turning);
 }
 
 // The row along `axis` of a point with these lever arms.
-fn row_along(axis: vec3<f32>, arm_a: vec3<f32>, arm_b: vec3<f32>) -> Row {
-    return Row(axis, cross(arm_a, axis), cross(arm_b, axis));
+fn row_along(axis: vec3<f32>, arm_a: vec3<f32>, arm_b: vec3<f32>, a: Moving, b: Moving) -> Row {
+    return Row(axis, times(frame_of(a), cross(arm_a, axis)), times(frame_of(b), cross(arm_b, axis)));
 }
 
-// The row of the relative spin about `axis`.
-fn row_about(axis: vec3<f32>) -> Row {
-    return Row(vec3(0.0), axis, axis);
+// Sets the rows of a patch's friction at its lever arms.
+fn aim_friction(friction: ptr<function, Friction>, a: Moving, b: Moving) {
+    let u = row_along((*friction).u, (*friction).arm_a, (*friction).arm_b, a, b);
+    let v = row_along((*friction).v, (*friction).arm_a, (*friction).arm_b, a, b);
+    (*friction).u_a = u.torque_a;
+    (*friction).u_b = u.torque_b;
+    (*friction).v_a = v.torque_a;
+    (*friction).v_b = v.torque_b;
+    (*friction).mass = min(mass_of(u, a, b), mass_of(v, a, b));
+}
+
+// Which of `count` points of a patch comes as the `k`-th of a sweep: every third, so that points across the patch follow
+// one another.
+fn turn_of(k: u32, count: u32) -> u32 {
+    return select(3u * k % count, k, count % 3u == 0u);
 }
 
 // The first of two unit vectors that make a right-handed frame with `normal`.

@@ -1,8 +1,8 @@
 //! Where bodies are at the end of a substep, how they have turned, and their spin then.
 
 use super::lanes::Vector;
-use super::{Wide, unsigned};
 use super::rotation::Rotation;
+use super::{Wide, unsigned};
 use crate::cpu::simulate::Workspace;
 use crate::world::constants::SLENDER_INERTIA_RATIO;
 use crate::world::{Body, Pose, compose, from_scaled_axis, unit_rotation};
@@ -33,7 +33,10 @@ impl<S: Simd> Wide<S> {
                     (rotations.lane(lane), spins.lane(lane))
                 };
                 let pose = &mut candidate.poses[index];
-                *pose = Pose::new(Quat::from_vec4(Vec4::from(rotation) + 0.0), unsigned(pose.translation + moving.shift.lane(lane)));
+                *pose = Pose::new(
+                    Quat::from_vec4(Vec4::from(rotation) + 0.0),
+                    unsigned(pose.translation + moving.shift.lane(lane)),
+                );
                 let velocity = &mut candidate.velocities[index];
                 (velocity.linear, velocity.angular) = (unsigned(moving.linear.lane(lane)), unsigned(spin));
             }

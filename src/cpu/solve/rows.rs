@@ -1,7 +1,7 @@
 //! Bodies and constraints as the sweeps need them, of several candidates side by side.
 
 use super::Softness;
-use super::lanes::{Mask, all, Matrix, Number, Vector, at_least, splat};
+use super::lanes::{Mask, Matrix, Number, Vector, all, at_least, splat};
 use crate::world::SimSettings;
 use fearless_simd::prelude::*;
 use glam::Vec3;

@@ -65,25 +65,25 @@ pub struct Moving {
     pub linear: Vec3,
     /// 1 / kg, 0 if static.
     pub inverse_mass: f32,
-    /// rad/s
-    pub angular: Vec3,
+    /// Angular velocity, as the frame has it.
+    pub spin: Vec3,
     /// 1 if it has contacts, or may come to touch something.
     pub touched: u32,
     /// Since the substep's start, m.
     pub shift: Vec3,
     /// The number of the last sweep of the small step in which its contacts are solved.
     pub restless: u32,
-    /// Since the substep's start, rad.
+    /// Since the substep's start, as the frame has it.
     pub turn: Vec3,
     pad1: u32,
-    /// First column of the world inverse inertia, 1 / (kg m²).
-    pub inertia_x: Vec3,
+    /// First column of the frame: from the world to the principal axes, each scaled by the root of its inverse inertia.
+    pub frame_x: Vec3,
     pad2: u32,
     /// Second column.
-    pub inertia_y: Vec3,
+    pub frame_y: Vec3,
     pad3: u32,
     /// Third column.
-    pub inertia_z: Vec3,
+    pub frame_z: Vec3,
     pad4: u32,
 }
 
@@ -95,42 +95,65 @@ pub struct Normal {
     pub axis: Vec3,
     /// Effective mass, kg.
     pub mass: f32,
-    /// Lever arm on the first body × axis, m.
-    pub angular_a: Vec3,
+    /// Torque of a unit impulse about the first body, in its frame.
+    pub torque_a: Vec3,
     /// At the substep's start, less the rest offset, m.
     pub separation: f32,
-    /// Lever arm on the second body × axis, m.
-    pub angular_b: Vec3,
+    /// The same about the second.
+    pub torque_b: Vec3,
     /// Distance from the patch's centre, m.
     pub lever: f32,
     /// Accumulated, N s.
     pub impulse: f32,
-    /// After the last rigid sweep, N s.
-    pub rigid: f32,
     /// `Contact::load`
     pub load: f32,
-    pad: u32,
+    pad: [u32; 2],
 }
 
 /// Friction of a patch while a substep is solved.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Friction {
+    /// First direction, unit.
+    pub u: Vec3,
+    /// Effective mass along the directions, the smaller one, kg.
+    pub mass: f32,
+    /// Second direction, unit.
+    pub v: Vec3,
+    /// Effective moment of inertia about the normal, kg m².
+    pub mass_twist: f32,
+    /// Torque of a unit impulse along the first direction about the first body, in its frame.
+    pub u_a: Vec3,
+    /// What the points' impulses allow along the surface, N s.
+    pub limit: f32,
+    /// The same about the second body.
+    pub u_b: Vec3,
+    /// What they allow about the normal, N m s.
+    pub twist_limit: f32,
+    /// Along the second direction.
+    pub v_a: Vec3,
+    pad1: u32,
+    /// The same about the second body.
+    pub v_b: Vec3,
+    pad2: u32,
+    /// Unit torque about the normal, in the first body's frame.
+    pub twist_a: Vec3,
+    pad3: u32,
+    /// In the second body's.
+    pub twist_b: Vec3,
+    pad4: u32,
     /// Lever arm of the patch's centre on the first body, m.
     pub arm_a: Vec3,
-    /// Effective mass along the first direction, kg.
-    pub mass_u: f32,
-    /// Lever arm of the patch's centre on the second body, m.
+    pad5: u32,
+    /// On the second body, m.
     pub arm_b: Vec3,
-    /// Effective mass along the second direction, kg.
-    pub mass_v: f32,
+    pad6: u32,
     /// How far the second body had moved past the first when the arms were made, m.
     pub passed: Vec3,
-    /// Effective mass about the normal, kg m².
-    pub mass_twist: f32,
+    pad7: u32,
     /// Accumulated along both directions, N s, and about the normal, N m s.
     pub impulse: Vec3,
-    pad: u32,
+    pad8: u32,
 }
 
 /// How far the solver has come with a candidate's substep.
