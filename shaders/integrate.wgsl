@@ -139,15 +139,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         // A number that is not finite in the rotation is in the angular velocity, too.
         finite = finite && all_finite(at) && all_finite(state.linear) && all_finite(end.spin);
     }
-    // More patches than the solver was run for.
-    let is_solved = cursors[candidate].step == sim.small_steps;
+    // More patches than the solver has room for, or was run for.
+    let room = patch_rows(sim.contacts);
+    let is_solved = cursors[candidate].step == sim.small_steps && patch_counts[candidate] <= room;
     statuses[candidate] |= select(STATUS_NOT_FINITE, 0u, finite) | select(STATUS_CONTACTS, 0u, is_solved);
     let slots = candidate * sim.contacts;
     let patch_share = min(PATCH_LOAD_RATE * sim.substep, 1.0);
     let point_share = min(POINT_LOAD_RATE * sim.substep, 1.0);
-    for (var i = slots; i < slots + min(patch_counts[candidate], sim.contacts); i++) {
-        let impulse = frictions[i].impulse;
-        patches[i].friction = impulse.x * frictions[i].u + impulse.y * frictions[i].v;
+    for (var p = 0u; p < min(patch_counts[candidate], room); p++) {
+        let i = slots + p;
+        let friction = frictions[candidate * room + p];
+        let impulse = friction.impulse;
+        patches[i].friction = impulse.x * friction.u + impulse.y * friction.v;
         patches[i].twist = impulse.z;
         let first = slots + patches[i].first;
         let count = patches[i].count;

@@ -96,18 +96,18 @@ fn accelerate(bodies: u32) {
     }
 }
 
-fn warm_start(bodies: u32, slots: u32, count: u32) {
-    for (var i = slots; i < slots + count; i++) {
-        let at = patches[i];
-        let friction = frictions[i];
+fn warm_start(bodies: u32, slots: u32, rows: u32, count: u32) {
+    for (var p = 0u; p < count; p++) {
+        let at = patches[slots + p];
+        let friction = frictions[rows + p];
         var pair = pair_of(at, bodies);
         push(&pair, Row(friction.u, friction.u_a, friction.u_b), friction.impulse.x);
         push(&pair, Row(friction.v, friction.v_a, friction.v_b), friction.impulse.y);
         twist_by(&pair, friction, friction.impulse.z);
         store(&pair);
     }
-    for (var i = slots; i < slots + count; i++) {
-        let at = patches[i];
+    for (var p = 0u; p < count; p++) {
+        let at = patches[slots + p];
         var pair = pair_of(at, bodies);
         for (var j = slots + at.first; j < slots + at.first + at.count; j++) {
             push(&pair, Row(normals[j].axis, normals[j].torque_a, normals[j].torque_b), normals[j].impulse);
@@ -128,13 +128,13 @@ fn disturb(body: u32, sweep: u32) {
 
 // Coulomb: the tangential impulse stays in the disk of radius μ times the patch's normal impulse, the twist below what
 // the points' friction can resist about the centre.
-fn sweep_friction(bodies: u32, slots: u32, count: u32, sweep: u32) {
-    for (var i = slots; i < slots + count; i++) {
-        let at = patches[i];
+fn sweep_friction(bodies: u32, slots: u32, rows: u32, count: u32, sweep: u32) {
+    for (var p = 0u; p < count; p++) {
+        let at = patches[slots + p];
         if (!is_restless(at, bodies, sweep)) {
             continue;
         }
-        let friction = frictions[i];
+        let friction = frictions[rows + p];
         var pair = pair_of(at, bodies);
         let old = friction.impulse;
         let spinning = dot(friction.twist_b, pair.spin_b) - dot(friction.twist_a, pair.spin_a);
@@ -148,14 +148,22 @@ fn sweep_friction(bodies: u32, slots: u32, count: u32, sweep: u32) {
         let tangential = wanted * select(1.0, friction.limit / size, size > friction.limit);
         push(&pair, u, tangential.x - old.x);
         push(&pair, v, tangential.y - old.y);
-        frictions[i].impulse = vec3(tangential, twist);
+        frictions[rows + p].impulse = vec3(tangential, twist);
         store(&pair);
     }
 }
 
 // One sweep over all patches, one way or the other: with `soft` overlap is pushed out, without only approach is stopped.
 // What is still apart may come no closer than touching. True if the relative speed of a contact changed.
-fn sweep_normals(bodies: u32, slots: u32, count: u32, sweep: u32, soft: bool, backwards: bool) -> bool {
+fn sweep_normals(
+    bodies: u32,
+    slots: u32,
+    rows: u32,
+    count: u32,
+    sweep: u32,
+    soft: bool,
+    backwards: bool,
+) -> bool {
     // Implicit damped spring over a small step (E. Catto, "Soft Constraints", GDC 2011).
     let h = sim.small_step;
     let omega = TAU * min(CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE / h);
@@ -163,9 +171,9 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, sweep: u32, soft: bool, ba
     let a2 = h * omega * a1;
     let a3 = 1.0 / (1.0 + a2);
     var changed = false;
-    for (var p = 0u; p < count; p++) {
-        let i = slots + select(p, count - 1u - p, backwards);
-        let at = patches[i];
+    for (var i = 0u; i < count; i++) {
+        let p = select(i, count - 1u - i, backwards);
+        let at = patches[slots + p];
         if (!is_restless(at, bodies, sweep)) {
             continue;
         }
@@ -197,8 +205,8 @@ fn sweep_normals(bodies: u32, slots: u32, count: u32, sweep: u32, soft: bool, ba
         }
         store(&pair);
         if (!soft) {
-            frictions[i].limit = limit * sim.friction;
-            frictions[i].twist_limit = twist_limit * sim.friction;
+            frictions[rows + p].limit = limit * sim.friction;
+            frictions[rows + p].twist_limit = twist_limit * sim.friction;
         }
         if (!soft && disturbed) {
             disturb(pair.a, sweep);
@@ -219,24 +227,24 @@ fn advance(bodies: u32) {
 
 // Two free bodies that have moved past each other push at a common point again, half-way. On something fixed a contact's
 // points go with the body that moves.
-fn follow(bodies: u32, slots: u32, count: u32) {
-    for (var i = slots; i < slots + count; i++) {
-        let at = patches[i];
+fn follow(bodies: u32, slots: u32, rows: u32, count: u32) {
+    for (var p = 0u; p < count; p++) {
+        let at = patches[slots + p];
         let a = moving[first_body(at, bodies)];
         let b = moving[bodies + at.b];
         let passed = b.shift - a.shift;
-        let further = passed - frictions[i].passed;
+        let further = passed - frictions[rows + p].passed;
         let is_fixed = a.inverse_mass == 0.0 || b.inverse_mass == 0.0;
         if (is_fixed || dot(further, further) < ARM_TOLERANCE * ARM_TOLERANCE) {
             continue;
         }
         let by = 0.5 * further;
-        var friction = frictions[i];
+        var friction = frictions[rows + p];
         friction.arm_a += by;
         friction.arm_b -= by;
         friction.passed = passed;
         aim_friction(&friction, a, b);
-        frictions[i] = friction;
+        frictions[rows + p] = friction;
         for (var j = slots + at.first; j < slots + at.first + at.count; j++) {
             let torque = cross(by, normals[j].axis);
             let torque_a = normals[j].torque_a + times(frame_of(a), torque);
@@ -265,7 +273,8 @@ fn main(
 ) {
     let candidate = invocation(id, workgroups);
     let is_spare = candidate >= batch.candidates;
-    let count = select(min(patch_counts[min(candidate, batch.candidates - 1u)], sim.contacts), 0u, is_spare);
+    let room = patch_rows(sim.contacts);
+    let count = select(min(patch_counts[min(candidate, batch.candidates - 1u)], room), 0u, is_spare);
     if (lane == 0u) {
         atomicStore(&most_patches, 0u);
     }
@@ -277,6 +286,7 @@ fn main(
     }
     let bodies = candidate * (batch.bodies + 1u);
     let slots = candidate * sim.contacts;
+    let rows = candidate * room;
     let extra = max(sim.velocity_iterations, 1u) - 1u;
     let longest = PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + extra;
     let most = portion(atomicLoad(&most_patches), longest);
@@ -292,7 +302,7 @@ fn main(
                 moving[bodies + patches[i].b].touched = 1u;
             }
             accelerate(bodies);
-            warm_start(bodies, slots, count);
+            warm_start(bodies, slots, rows, count);
             at.end = PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + extra_now;
         }
         let pause = min(at.end, at.sweep + most.y);
@@ -303,12 +313,12 @@ fn main(
             let soft = sweep < PUSHING_SWEEPS;
             if (sweep == PUSHING_SWEEPS) {
                 advance(bodies);
-                follow(bodies, slots, count);
+                follow(bodies, slots, rows, count);
             }
             // Sweeps that are made in any case are made of all contacts.
             let number = select(sweep, 0u, sweep + extra_now >= at.end);
-            sweep_friction(bodies, slots, count, number);
-            let changed = sweep_normals(bodies, slots, count, number, soft, soft && sweep % 2u == 1u);
+            sweep_friction(bodies, slots, rows, count, number);
+            let changed = sweep_normals(bodies, slots, rows, count, number, soft, soft && sweep % 2u == 1u);
             // Relaxed: only those remain.
             at.end = select(at.end, min(at.end, sweep + 1u + extra_now), !soft && !changed);
             at.sweep = sweep + 1u;

@@ -47,9 +47,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         cursors[candidate] = Cursor();
     }
     let slots = candidate * sim.contacts;
+    let rows = patch_rows(sim.contacts);
     let first_body = candidate * batch.bodies;
     let first_moving = candidate * (batch.bodies + 1u);
-    for (var i = index % PATCH_LANES; i < min(patch_counts[candidate], sim.contacts); i += PATCH_LANES) {
+    for (var i = index % PATCH_LANES; i < min(patch_counts[candidate], rows); i += PATCH_LANES) {
         let at = patches[slots + i];
         let grounded = at.a == GROUND;
         let a = moving[first_moving + select(at.a, batch.bodies, grounded)];
@@ -88,6 +89,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         }
         friction.limit *= sim.friction;
         friction.twist_limit *= sim.friction;
-        frictions[slots + i] = friction;
+        frictions[candidate * rows + i] = friction;
     }
 }

@@ -1,5 +1,5 @@
 // What the solver keeps of a candidate during a substep, as `src/cpu/solve/`. Tables have `Batch::bodies + 1` rows a
-// candidate for bodies (the last is the ground), `Sim::contacts` for patches and points.
+// candidate for bodies (the last is the ground), `Sim::contacts` for points, `patch_rows` for the friction of patches.
 
 #import vector
 
@@ -70,6 +70,13 @@ struct Friction {
     passed: vec3<f32>,
     // Accumulated along both directions, N s, and about the normal, N m s.
     impulse: vec3<f32>,
+}
+
+// A candidate has at most one patch for so many slots of contact points, or its slots are doubled as if there were too few.
+const SLOTS_PER_PATCH: u32 = 4u;
+
+fn patch_rows(contacts: u32) -> u32 {
+    return (contacts + SLOTS_PER_PATCH - 1u) / SLOTS_PER_PATCH;
 }
 
 // How far the solver has come with a candidate's substep.

@@ -8,6 +8,7 @@ use super::layout::{
     Normal, Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
 };
 use super::layout::{Batch, Body, Draw, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
+use super::solver::patch_rows;
 use crate::world::constants::MAX_MANIFOLD_POINTS;
 use crate::world::{CemSettings, MemoryPlan, World};
 use glam::Vec4;
@@ -70,7 +71,7 @@ fn simulation(world: &World) -> [Row; 35] {
         ("starts", bytes::<[u32; 2]>(entries)),
         ("moving", bytes::<Moving>(bodies + 1)),
         ("normals", bytes::<Normal>(contacts)),
-        ("frictions", bytes::<Friction>(contacts)),
+        ("frictions", bytes::<Friction>(patch_rows(contacts as u32) as usize)),
         ("cursors", bytes::<Cursor>(1)),
     ]
 }

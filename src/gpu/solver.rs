@@ -11,14 +11,16 @@ use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_RELAXING_SWEEPS, PUSHING_
 /// Invocations that share a candidate's patches, as in `solve_load`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
 
-/// A candidate has at most one patch for so many slots of contact points, or its slots are doubled as if there were too few.
-const SLOTS_PER_PATCH: u32 = 4;
+/// Most patches of a candidate with so many slots for contact points, as `patch_rows` in the shaders.
+pub fn patch_rows(contacts: u32) -> u32 {
+    contacts.div_ceil(kernels::constants::SLOTS_PER_PATCH)
+}
 
 /// How often kernel `solve` has to be run for a substep of so many bodies: it stops before its loops have gone round
 /// `Sim::loops` times.
 pub fn rounds(sim: &Sim, bodies: u32) -> u32 {
     let points = MAX_MANIFOLD_POINTS as u64;
-    let [loops, patches, bodies] = [sim.loops, sim.contacts.div_ceil(SLOTS_PER_PATCH), bodies].map(u64::from);
+    let [loops, patches, bodies] = [sim.loops, patch_rows(sim.contacts), bodies].map(u64::from);
     let longest = u64::from(PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + sim.velocity_iterations.max(1) - 1);
     let sweep = 2 * (1 + points) * patches;
     let beginning = (4 + 2 * points) * patches + 2 * bodies;
@@ -43,7 +45,7 @@ pub struct Solver {
     pub moving: Buffer<Moving>,
     /// By contact, `[candidates][Capacities::contacts]`.
     pub normals: Buffer<Normal>,
-    /// By patch, `[candidates][Capacities::contacts]`.
+    /// By patch, `[candidates][patch_rows]`.
     pub frictions: Buffer<Friction>,
     /// Of even and of odd substeps.
     steps: [Vec<Step>; 2],
@@ -67,7 +69,8 @@ impl Solver {
         let slots = candidates as usize * parameters.contacts as usize;
         let moving = Buffer::<Moving>::new(gpu, "moving", rows as usize)?;
         let normals = Buffer::<Normal>::new(gpu, "normals", slots)?;
-        let frictions = Buffer::<Friction>::new(gpu, "frictions", slots)?;
+        let patches = candidates as usize * patch_rows(parameters.contacts) as usize;
+        let frictions = Buffer::<Friction>::new(gpu, "frictions", patches)?;
         let cursors = Buffer::<Cursor>::new(gpu, "cursors", candidates as usize)?;
         let start = kernels::SolveBodiesBuffers {
             batch: motion.batch.uniform(),
