@@ -2,8 +2,8 @@
 // are done: Mesa's software driver ends every loop once those of an invocation have gone round 65,535 times, without a word.
 //
 // The order is `src/cpu/solve/`': accelerate, warm start, friction, soft normals, advance, follow, then friction and
-// rigid normals until nothing approaches any more. Both kinds of sweep are one loop, because software drivers compile
-// code that occurs twice twice.
+// rigid normals until nothing approaches any more; all but the warm start once more if that gained energy. All sweeps are
+// one loop, because software drivers compile code that occurs twice twice.
 
 #import constants
 #import batch
@@ -13,6 +13,13 @@
 #import solver
 
 const TAU: f32 = 6.2831853;
+
+// Most sweeps of a small step that gains no energy. Those of its second attempt have the numbers that follow, and then those
+// that are made in any case.
+const ATTEMPT: u32 = PUSHING_SWEEPS + MAX_RELAXING_SWEEPS;
+
+// Invocations whose loops software drivers count together: what each does in a sweep of its own adds up.
+const COUNTED_TOGETHER: u32 = 8u;
 
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<uniform> sim: Sim;
@@ -92,6 +99,10 @@ fn accelerate(bodies: u32) {
         let gain = select(sim.small_step * sim.gravity, 0.0, moving[i].inverse_mass == 0.0);
         moving[i].linear = (moving[i].linear + vec3(0.0, gain, 0.0)) * linear;
         moving[i].spin *= angular;
+        moving[i].free_linear = moving[i].linear;
+        moving[i].free_spin = moving[i].spin;
+        moving[i].free_shift = moving[i].shift;
+        moving[i].free_turn = moving[i].turn;
         moving[i].restless = select(PUSHING_SWEEPS, 0u, moving[i].inverse_mass == 0.0);
     }
 }
@@ -256,13 +267,50 @@ fn follow(bodies: u32, slots: u32, rows: u32, count: u32) {
     }
 }
 
-// How many small steps, and how many sweeps of each, are within `Sim::loops`. As `gpu::solver::rounds`.
+// True if the bodies have more kinetic energy than before the impulses of the small step.
+fn gains_energy(bodies: u32) -> bool {
+    var energy = 0.0;
+    var bound = 0.0;
+    for (var i = bodies; i < bodies + batch.bodies; i++) {
+        let body = moving[i];
+        if (body.inverse_mass == 0.0) {
+            continue;
+        }
+        energy += dot(body.linear, body.linear) / body.inverse_mass;
+        energy += dot(body.spin, body.spin);
+        bound += (dot(body.free_linear, body.free_linear) * ENERGY_GAIN + LEFT_SPEED * LEFT_SPEED) / body.inverse_mass;
+        bound += dot(body.free_spin, body.free_spin) * ENERGY_GAIN;
+    }
+    return energy > bound;
+}
+
+// Takes the impulses of the small step back, and what they moved.
+fn start_cold(bodies: u32, slots: u32, rows: u32, count: u32) {
+    for (var i = bodies; i < bodies + batch.bodies; i++) {
+        moving[i].linear = moving[i].free_linear;
+        moving[i].spin = moving[i].free_spin;
+        moving[i].shift = moving[i].free_shift;
+        moving[i].turn = moving[i].free_turn;
+        moving[i].restless = select(ATTEMPT + PUSHING_SWEEPS, 0u, moving[i].inverse_mass == 0.0);
+    }
+    for (var p = 0u; p < count; p++) {
+        frictions[rows + p].impulse = vec3(0.0);
+        frictions[rows + p].limit = 0.0;
+        frictions[rows + p].twist_limit = 0.0;
+        let first = slots + patches[slots + p].first;
+        for (var j = first; j < first + patches[slots + p].count; j++) {
+            normals[j].impulse = 0.0;
+        }
+    }
+}
+
+// How many small steps, and how many sweeps of each, are within `Sim::loops`. As `gpu::solver::portion`.
 fn portion(patches: u32, longest: u32) -> vec2<u32> {
-    let sweep = 2u * (1u + MAX_MANIFOLD_POINTS) * patches;
-    let beginning = (4u + 2u * MAX_MANIFOLD_POINTS) * patches + 2u * batch.bodies;
-    let steps = sim.loops / (longest * sweep + beginning + 1u);
-    let sweeps = (sim.loops - min(sim.loops, beginning)) / (sweep + 1u);
-    return vec2(max(steps, 1u), clamp(sweeps, 1u, longest));
+    let points = 1u + MAX_MANIFOLD_POINTS;
+    let sweep = (1u + points) * patches + 1u;
+    let around = (2u + (2u + 4u * COUNTED_TOGETHER) * points) * patches + (2u + longest) * batch.bodies + 1u;
+    let left = sim.loops - min(sim.loops, around);
+    return vec2(max(sim.loops / (around + longest * sweep), 1u), clamp(left / sweep, 1u, longest));
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -288,14 +336,13 @@ fn main(
     let slots = candidate * sim.contacts;
     let rows = candidate * room;
     let extra = max(sim.velocity_iterations, 1u) - 1u;
-    let longest = PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + extra;
-    let most = portion(atomicLoad(&most_patches), longest);
+    let most = portion(atomicLoad(&most_patches), 2u * ATTEMPT + extra);
     var at = cursors[candidate];
     for (var turn = 0u; turn < most.x; turn++) {
         if (at.step >= sim.small_steps) {
             break;
         }
-        let extra_now = select(0u, extra, at.step + 1u == sim.small_steps);
+        let end = 2u * ATTEMPT + select(0u, extra, at.step + 1u == sim.small_steps);
         if (at.sweep == 0u) {
             for (var i = slots; i < slots + count; i++) {
                 moving[first_body(patches[i], bodies)].touched = 1u;
@@ -303,27 +350,37 @@ fn main(
             }
             accelerate(bodies);
             warm_start(bodies, slots, rows, count);
-            at.end = PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + extra_now;
         }
-        let pause = min(at.end, at.sweep + most.y);
-        for (var sweep = at.sweep; sweep < pause; sweep++) {
-            if (sweep >= at.end) {
+        for (var sweeps = 0u; sweeps < most.y; sweeps++) {
+            if (at.sweep >= end) {
                 break;
             }
-            let soft = sweep < PUSHING_SWEEPS;
-            if (sweep == PUSHING_SWEEPS) {
+            let is_extra = at.sweep >= 2u * ATTEMPT;
+            let number = at.sweep % ATTEMPT;
+            let soft = !is_extra && number < PUSHING_SWEEPS;
+            let advances = !is_extra && number == PUSHING_SWEEPS;
+            if (advances) {
                 advance(bodies);
+            }
+            if (advances || at.sweep == ATTEMPT) {
                 follow(bodies, slots, rows, count);
             }
             // Sweeps that are made in any case are made of all contacts.
-            let number = select(sweep, 0u, sweep + extra_now >= at.end);
-            sweep_friction(bodies, slots, rows, count, number);
-            let changed = sweep_normals(bodies, slots, rows, count, number, soft, soft && sweep % 2u == 1u);
-            // Relaxed: only those remain.
-            at.end = select(at.end, min(at.end, sweep + 1u + extra_now), !soft && !changed);
-            at.sweep = sweep + 1u;
+            let sweep = select(at.sweep, 0u, is_extra);
+            sweep_friction(bodies, slots, rows, count, sweep);
+            let changed = sweep_normals(bodies, slots, rows, count, sweep, soft, soft && number % 2u == 1u);
+            at.sweep++;
+            if (is_extra || soft || (changed && number + 1u < ATTEMPT)) {
+                continue;
+            }
+            // Relaxed, or given up.
+            let again = at.sweep <= ATTEMPT && gains_energy(bodies);
+            if (again) {
+                start_cold(bodies, slots, rows, count);
+            }
+            at.sweep = select(2u * ATTEMPT, ATTEMPT, again);
         }
-        if (at.sweep >= at.end) {
+        if (at.sweep >= end) {
             at.sweep = 0u;
             at.step++;
         }

@@ -221,3 +221,26 @@ pub fn energy_of_heaps_never_grows(backend: &dyn Backend) {
         }
     }
 }
+
+/// Ten boxes of 0.1 to 10 kg that fall onto one another from up to 3 m, each number another heap.
+pub fn hard_heap(number: usize) -> Scenario {
+    let mut s = Scenario::default();
+    let mut height = 0.01;
+    for i in 0..10 {
+        let any = |j: usize| any(31 * number + i, j);
+        let half = 0.02 + 0.13 * Vec3::new(any(0), any(1), any(2));
+        let turn = Quat::from_rotation_y(6.0 * any(3)) * Quat::from_rotation_x(6.0 * any(4));
+        let at = Vec3::new(0.1 * any(5) - 0.05, height + half.length(), 0.1 * any(6) - 0.05);
+        s.cuboid(half, 10.0f32.powf(2.0 * any(7) - 1.0), at, turn * Quat::from_rotation_z(6.0 * any(8)));
+        height += 2.0 * half.length();
+    }
+    s
+}
+
+/// The impulses of a hit, taken for those of the next small step, must not make a heap of heavy and light things fly apart.
+pub fn energy_of_hard_falls_never_grows(backend: &dyn Backend) {
+    let settings = undamped(settings(120));
+    for number in 0..40 {
+        loses_energy(backend, &format!("hard heap {number}"), &hard_heap(number), &settings);
+    }
+}

@@ -131,3 +131,17 @@ pub fn what_falls_past_an_edge_falls_freely(backend: &dyn Backend) {
         assert!(stopped[STEPS as usize - 1].translation.y > 1.06, "what does not fit falls through");
     }
 }
+
+/// Their edges come down at up to 30 m/s, and must see the ground before they are in it.
+pub fn large_boxes_do_not_sink_in(backend: &dyn Backend) {
+    for number in 0..40 {
+        let half = 0.02 + 1.18 * Vec3::new(any(number, 3), any(number, 4), any(number, 5));
+        let mut s = Scenario::default();
+        let height = 2.0 + 6.0 * any(number, 6) + half.length();
+        s.cuboid(half, 2400.0 * half.element_product(), Vec3::Y * height, tumbled(number));
+        let states = run(backend, &s.world(), &settings(180));
+        let lowest = states.iter().map(|state| s.lowest(0, state)).fold(f32::INFINITY, f32::min);
+        measured(&format!("box {number} of {half} m, deepest in the ground, m"), -lowest, "< 0.001");
+        assert!(lowest > -1e-3, "a box of {half} m dropped from {height} m is {lowest} m in the ground");
+    }
+}

@@ -76,6 +76,7 @@ macro_rules! physics_suite {
                 energy_never_grows,
                 energy_of_rods_never_grows,
                 energy_of_heaps_never_grows,
+                energy_of_hard_falls_never_grows,
             ]
             closed_forms: [
                 friction_cone,
@@ -90,6 +91,7 @@ macro_rules! physics_suite {
                 thin_things_do_not_pass_through_boards,
                 a_corner_within_the_outline_of_a_foot_bears,
                 what_falls_past_an_edge_falls_freely,
+                large_boxes_do_not_sink_in,
             ]
             stacks: [
                 ten_high_stacks_stand,

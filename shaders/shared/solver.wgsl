@@ -23,6 +23,11 @@ struct Moving {
     frame_x: vec3<f32>,
     frame_y: vec3<f32>,
     frame_z: vec3<f32>,
+    // `linear`, `spin`, `shift` and `turn` before the impulses of the small step.
+    free_linear: vec3<f32>,
+    free_spin: vec3<f32>,
+    free_shift: vec3<f32>,
+    free_turn: vec3<f32>,
 }
 
 // A contact point ready to solve, in the order of a sweep.
@@ -83,9 +88,8 @@ fn patch_rows(contacts: u32) -> u32 {
 struct Cursor {
     // Small steps that are done.
     step: u32,
-    // Sweeps of the present one that are done, and after how many it ends.
+    // The next sweep of the present one.
     sweep: u32,
-    end: u32,
 }
 
 // One scalar constraint between two bodies: the relative velocity of their touching points along `axis`.

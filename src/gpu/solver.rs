@@ -19,14 +19,20 @@ pub fn patch_rows(contacts: u32) -> u32 {
 /// How often kernel `solve` has to be run for a substep of so many bodies: it stops before its loops have gone round
 /// `Sim::loops` times.
 pub fn rounds(sim: &Sim, bodies: u32) -> u32 {
-    let points = MAX_MANIFOLD_POINTS as u64;
+    let longest = 2 * (PUSHING_SWEEPS + MAX_RELAXING_SWEEPS) + sim.velocity_iterations.max(1) - 1;
+    let [steps, sweeps] = portion(sim, bodies, longest.into());
+    (u64::from(sim.small_steps).div_ceil(steps) * u64::from(longest).div_ceil(sweeps)) as u32
+}
+
+/// How many small steps, and how many sweeps of each, are within `Sim::loops`.
+fn portion(sim: &Sim, bodies: u32, longest: u64) -> [u64; 2] {
+    let points = 1 + MAX_MANIFOLD_POINTS as u64;
     let [loops, patches, bodies] = [sim.loops, patch_rows(sim.contacts), bodies].map(u64::from);
-    let longest = u64::from(PUSHING_SWEEPS + MAX_RELAXING_SWEEPS + sim.velocity_iterations.max(1) - 1);
-    let sweep = 2 * (1 + points) * patches;
-    let beginning = (4 + 2 * points) * patches + 2 * bodies;
-    let steps = (loops / (longest * sweep + beginning + 1)).max(1);
-    let sweeps = (loops.saturating_sub(beginning) / (sweep + 1)).clamp(1, longest);
-    (u64::from(sim.small_steps).div_ceil(steps) * longest.div_ceil(sweeps)) as u32
+    let sweep = (1 + points) * patches + 1;
+    let apart = 4 * u64::from(kernels::constants::COUNTED_TOGETHER);
+    let around = (2 + (2 + apart) * points) * patches + (2 + longest) * bodies + 1;
+    let steps = (loops / (around + longest * sweep)).max(1);
+    [steps, (loops.saturating_sub(around) / sweep).clamp(1, longest)]
 }
 
 /// Contacts of a substep: tables that change roles every substep.

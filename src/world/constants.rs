@@ -29,8 +29,9 @@ pub const MIN_INERTIA_RATIO: f32 = 1e-3;
 /// spin is carried over in its own frame.
 pub const SLENDER_INERTIA_RATIO: f32 = 8.0;
 
-/// Largest distance to which the contact margin grows with speed, m: fast bodies see their contacts one step ahead.
-pub const MAX_SPECULATIVE_MARGIN: f32 = 0.1;
+/// Largest distance to which the contact margin of two bodies grows with their speeds, m: they see their contacts a substep
+/// ahead, each up to 30 m/s.
+pub const MAX_SPECULATIVE_MARGIN: f32 = 0.5;
 
 /// Half extent of the box of a body without hulls, m: it overlaps nothing.
 pub const NO_EXTENT: f32 = -1e30;
@@ -114,6 +115,13 @@ pub const RELAXED_SPEED: f32 = 0.02;
 
 /// Most rigid sweeps of a small step. Half as many leave energy in one heap of sixty, and are not cheaper.
 pub const MAX_RELAXING_SWEEPS: u32 = 16;
+
+/// How many times its kinetic energy a candidate may have after a small step, if its bodies had moved freely, before the small
+/// step is solved again without a first guess.
+pub const ENERGY_GAIN: f32 = 1.001;
+
+/// Speed of all bodies that counts as nothing there, m/s: sweeps leave some, and more of it where overlap is pushed out.
+pub const LEFT_SPEED: f32 = 0.05;
 
 /// Two bodies that have moved past each other by more than this get new lever arms at their contacts, m: too much turns
 /// bodies that collide.

@@ -18,6 +18,8 @@ pub struct Moving<S: Simd> {
     pub shift: Vector<S>,
     /// Turn since the substep's start, as `frame` has it.
     pub turn: Vector<S>,
+    /// These four before the impulses of the small step.
+    pub free: [Vector<S>; 4],
     /// The same for all candidates.
     pub inverse_mass: f32,
     /// From the world to the body's principal axes at the substep's start, each scaled by the root of its inverse moment of
@@ -40,6 +42,7 @@ impl<S: Simd> Moving<S> {
             spin: zero,
             shift: zero,
             turn: zero,
+            free: [zero; 4],
             inverse_mass: 0.0,
             frame: Matrix::zero(simd),
             touched: 0,

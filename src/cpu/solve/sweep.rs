@@ -25,31 +25,42 @@ impl<S: Simd> Wide<S> {
                     self.warm_start();
                 },
             );
-            self.disturb(everyone);
-            for sweep in 0..PUSHING_SWEEPS {
-                self.sweep_friction();
-                self.sweep_normals::<true>(settings, sweep % 2 == 1);
-            }
-            simd.vectorize(
-                #[inline(always)]
-                || {
-                    self.advance(h);
-                    self.follow();
-                    self.measure(settings, soft);
-                },
-            );
-            for _ in 0..MAX_RELAXING_SWEEPS {
-                self.sweep_friction();
-                self.sweep_normals::<false>(settings, false);
-                if self.calm() {
-                    break;
-                }
+            self.solve(everyone, settings, soft);
+            let heated = self.gains_energy();
+            if heated.any_true() {
+                self.start_cold(heated);
+                self.locate(settings, soft);
+                self.solve(heated, settings, soft);
             }
         }
         for _ in 1..settings.velocity_iterations {
             self.disturb(everyone);
             self.sweep_friction();
             self.sweep_normals::<false>(settings, false);
+        }
+    }
+
+    /// The sweeps of a small step of these candidates, and the motion between them.
+    #[inline(always)]
+    fn solve(&mut self, candidates: Mask<S>, settings: &SimSettings, soft: &Softness) {
+        self.disturb(candidates);
+        for sweep in 0..PUSHING_SWEEPS {
+            self.sweep_friction();
+            self.sweep_normals::<true>(settings, sweep % 2 == 1);
+        }
+        self.simd.vectorize(
+            #[inline(always)]
+            || {
+                self.advance(settings.small_step(), candidates);
+                self.locate(settings, soft);
+            },
+        );
+        for _ in 0..MAX_RELAXING_SWEEPS {
+            self.sweep_friction();
+            self.sweep_normals::<false>(settings, false);
+            if self.calm() {
+                break;
+            }
         }
     }
 
@@ -84,6 +95,7 @@ impl<S: Simd> Wide<S> {
             if !body.is_static() {
                 moving.linear = moving.linear.plus_y(h * settings.gravity).times(linear);
                 moving.spin = moving.spin.times(angular);
+                moving.free = [moving.linear, moving.spin, moving.shift, moving.turn];
             }
         }
     }
@@ -154,16 +166,15 @@ impl<S: Simd> Wide<S> {
                     for k in 0..points.len() {
                         let n = &mut points[if backwards { points.len() - 1 - k } else { k }];
                         if SPRINGS {
-                            n.solve_spring(&mut pair);
+                            n.solve_spring(&mut pair, solved);
                         } else {
                             disturbed |= n.solve_rigid(&mut pair, solved);
                         }
                     }
                     if !SPRINGS {
                         frictions[i].bound(points, settings.friction);
-                        pair = pair.or(solved, before);
                     }
-                    pair.store(bodies, patch.a, patch.b);
+                    pair.or(solved, before).store(bodies, patch.a, patch.b);
                     if !SPRINGS && disturbed.any_true() {
                         for body in [patch.a, patch.b] {
                             let body = &mut bodies[body as usize];
@@ -177,16 +188,23 @@ impl<S: Simd> Wide<S> {
         )
     }
 
-    /// Moves the bodies by their velocities.
+    /// Moves the bodies of these candidates by their velocities.
     #[inline(always)]
-    fn advance(&mut self, h: f32) {
+    fn advance(&mut self, h: f32, candidates: Mask<S>) {
         for moving in &mut self.bodies {
-            moving.shift += moving.linear.times(h);
-            moving.turn += moving.spin.times(h);
+            moving.shift = (moving.shift + moving.linear.times(h)).or(candidates, moving.shift);
+            moving.turn = (moving.turn + moving.spin.times(h)).or(candidates, moving.turn);
         }
     }
 
-    /// Separations where the bodies are now.
+    /// Contacts where the bodies are now.
+    #[inline(always)]
+    fn locate(&mut self, settings: &SimSettings, soft: &Softness) {
+        self.follow();
+        self.measure(settings, soft);
+    }
+
+    /// Separations.
     #[inline(always)]
     fn measure(&mut self, settings: &SimSettings, soft: &Softness) {
         for patch in &self.union.patches {
@@ -271,9 +289,10 @@ impl<S: Simd> Friction<S> {
 
 impl<S: Simd> Normal<S> {
     #[inline(always)]
-    fn solve_spring(&mut self, pair: &mut Pair<S>) {
+    fn solve_spring(&mut self, pair: &mut Pair<S>, solved: Mask<S>) {
         let Aim { spring_bias, spring_mass, leak, .. } = self.aim;
         let total = self.total(pair, spring_bias, spring_mass, leak);
+        let total = solved.select(total, self.impulse);
         let change = total - self.impulse;
         pair.push(&self.row, change);
         self.impulse = total;

@@ -85,6 +85,18 @@ pub struct Moving {
     /// Third column.
     pub frame_z: Vec3,
     pad4: u32,
+    /// `linear` before the impulses of the small step.
+    pub free_linear: Vec3,
+    pad5: u32,
+    /// `spin` before them.
+    pub free_spin: Vec3,
+    pad6: u32,
+    /// `shift` before them.
+    pub free_shift: Vec3,
+    pad7: u32,
+    /// `turn` before them.
+    pub free_turn: Vec3,
+    pad8: u32,
 }
 
 /// A contact point while a substep is solved.
@@ -162,8 +174,6 @@ pub struct Friction {
 pub struct Cursor {
     /// Small steps that are done.
     pub step: u32,
-    /// Sweeps of the present one that are done.
+    /// The next sweep of the present one.
     pub sweep: u32,
-    /// After how many sweeps it ends.
-    pub end: u32,
 }
