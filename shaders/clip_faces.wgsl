@@ -48,9 +48,9 @@ fn thin(count: u32, normal: vec3<f32>) -> u32 {
     }
     var kept: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
     var taken = 0u;
-    for (var k = 0u; k < EXTREMES; k++) {
-        let p = points[extreme(extremes, k)];
-        let fresh = is_new(&kept, taken, p.xyz);
+    for (var k = 0u; k < EXTREMES + count; k++) {
+        let p = points[offered_in(extremes, k)];
+        let fresh = (k < EXTREMES || bears(p.w - deepest)) && is_new(&kept, taken, p.xyz);
         let to = min(taken, MAX_MANIFOLD_POINTS - 1u);
         kept[to] = select(kept[to], p, fresh);
         taken += select(0u, 1u, fresh);

@@ -73,11 +73,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     var kept: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
     var taken = 0u;
     let all = near <= 3u;
-    let tries = select(EXTREMES, near, all);
+    let tries = select(EXTREMES + hull.vertex_count, near, all);
     for (var k = 0u; k < tries; k++) {
-        let p = vertices[hull.first_vertex + select(extreme(extremes, k), first[k & 3u], all)].xyz;
-        if (all || is_new(&kept, taken, p)) {
-            let separation = dot(up, p) + height;
+        let p = vertices[hull.first_vertex + select(offered_in(extremes, k), first[k & 3u], all)].xyz;
+        let separation = dot(up, p) + height;
+        let tried = k < EXTREMES || (separation <= margin && bears(separation - deepest));
+        if (all || (tried && is_new(&kept, taken, p))) {
             let on_b = rotate(pose.rotation, p) + pose.translation;
             let on_a = on_b - vec3(0.0, separation, 0.0);
             kept[taken] = vec4(p, separation);

@@ -133,11 +133,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
                 }
                 var positions: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
                 var taken = 0u;
-                for (var j = 0u; j < EXTREMES; j++) {
-                    let number = extreme(extremes, j);
-                    let p = manifold_points[number].on_b;
-                    if (is_new(&positions, taken, p)) {
-                        positions[taken] = vec4(p, 0.0);
+                for (var j = 0u; j < EXTREMES + count; j++) {
+                    let left = j - min(j, EXTREMES);
+                    let number = select(gathered[left], extreme(extremes, j), j < EXTREMES);
+                    let p = manifold_points[number];
+                    let tried = j < EXTREMES || (owners[left] == k && bears(p.separation - seeds[k].w));
+                    if (tried && is_new(&positions, taken, p.on_b)) {
+                        positions[taken] = vec4(p.on_b, 0.0);
                         kept[kept_count + taken] = number;
                         taken++;
                     }

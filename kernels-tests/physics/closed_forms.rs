@@ -1,6 +1,6 @@
 //! Friction, tipping, weight and rolling against their closed forms.
 
-use super::{both, drift, measured, undamped};
+use super::{both, drift, measured, settings, undamped};
 use crate::common::{Scenario, box_inertia, cuboid, run, sliced_ball};
 use glam::{Quat, Vec3};
 use rest3d_gpu::world::{Backend, Pose};
@@ -77,6 +77,22 @@ pub fn an_overhang_tips_when_its_centre_passes_the_edge(backend: &dyn Backend) {
             let found = drift(backend, &s, &settings, 0);
             measured(&format!("turn of an overhang {past} m past the edge, rad"), found.turned, tips);
             assert_eq!(found.turned > 0.05, tips, "centre {past} m past the edge: {found:?}");
+        }
+    }
+}
+
+/// What bears has corners of up to 170°, none of which may be left out.
+pub fn a_turned_overhang_tips_there_too(backend: &dyn Backend) {
+    let halves = [Vec3::new(0.3, 0.1, 0.05), Vec3::new(0.3, 0.02, 0.05), Vec3::new(0.25, 0.12, 0.03)];
+    for (half, degrees) in halves.into_iter().flat_map(|half| [20.0f32, 45.0, 75.0, 77.0, 80.0].map(|d| (half, d))) {
+        for (past, tips) in [(-1e-3, false), (1e-3, true)] {
+            let mut s = Scenario::default();
+            s.fixed(vec![cuboid(Vec3::new(0.3, 0.2, 0.8))], Vec3::Y * 0.2, Quat::IDENTITY);
+            let turn = Quat::from_rotation_y(degrees.to_radians());
+            s.cuboid(half, 1.0, Vec3::new(0.3 + past, 0.4 + half.y, 0.0), turn);
+            let found = drift(backend, &s, &settings(240), 0);
+            measured(&format!("{half} m turned by {degrees}°, {past} m past the edge: turn"), found.turned, tips);
+            assert_eq!(found.turned > 0.05, tips, "{half} m turned by {degrees}°, {past} m past the edge: {found:?}");
         }
     }
 }

@@ -83,6 +83,7 @@ macro_rules! physics_suite {
                 what_slides_goes_straight_down,
                 a_block_tips_at_its_aspect,
                 an_overhang_tips_when_its_centre_passes_the_edge,
+                a_turned_overhang_tips_there_too,
                 a_lever_weighs_half_a_percent,
                 a_ball_rolls,
             ]

@@ -1,7 +1,7 @@
 // Chooses the few of many contact points that support a body as well as all of them: as `cpu::narrow_phase::reduce`.
 //
-// Offer all points, then take the extremes in their order, each only if it `is_new` among those taken, until there are
-// `MAX_MANIFOLD_POINTS`.
+// Offer all points, then take the extremes in their order and after them all points that bear, each only if it `is_new`
+// among those taken, until there are `MAX_MANIFOLD_POINTS`.
 
 #import constants
 #import vector
@@ -58,6 +58,15 @@ fn extreme(extremes: Extremes, k: u32) -> u32 {
     let resting = select(extremes.resting.opposite_point[j], extremes.resting.point[j], (k & 4u) == 0u);
     let landing = select(extremes.landing.opposite_point[j], extremes.landing.point[j], (k & 4u) == 0u);
     return select(landing, resting, k < 8u);
+}
+
+// The `k`-th to be tried: extremes, then all points by their numbers.
+fn offered_in(extremes: Extremes, k: u32) -> u32 {
+    return select(k - min(k, EXTREMES), extreme(extremes, k), k < EXTREMES);
+}
+
+fn bears(height: f32) -> bool {
+    return height <= BEARING_HEIGHT;
 }
 
 fn is_new(taken: ptr<function, array<vec4<f32>, MAX_MANIFOLD_POINTS>>, count: u32, p: vec3<f32>) -> bool {

@@ -65,7 +65,7 @@ pub(super) struct Rest {
     pub pose: scene::Pose,
     /// rad.
     pub turn: f32,
-    /// m.
+    /// Of what is below its centre, at the height of its foot: what rights itself does not slide. m
     pub slide: f32,
 }
 
@@ -235,10 +235,14 @@ impl Seat<'_> {
         let settled = settle(self.backend, &world, self.simulation, &settings, &starts)?;
         let bodies = world.start.len();
         let ends = starts.chunks_exact(bodies).zip(settled.poses.chunks_exact(bodies));
-        let rest = |(start, end): (&[Pose], &[Pose])| Rest {
-            pose: rig.object(&end[0]),
-            turn: angle_between(end[0].rotation, start[0].rotation),
-            slide: (end[0].translation - start[0].translation).with_y(0.0).length(),
+        let rest = |(start, end): (&[Pose], &[Pose])| {
+            let foot = Vec3::Y * (rig.lowest(&start[0]) - start[0].translation.y);
+            let turned = end[0].rotation * start[0].rotation.conjugate() * foot;
+            Rest {
+                pose: rig.object(&end[0]),
+                turn: angle_between(end[0].rotation, start[0].rotation),
+                slide: (end[0].translation + turned - start[0].translation).with_y(0.0).length(),
+            }
         };
         Ok(ends.zip(settled.usable).map(|(ends, usable)| usable.then(|| rest(ends))).collect())
     }

@@ -31,7 +31,8 @@ impl Selection {
 /// Chooses at most `MAX_MANIFOLD_POINTS` of `count` points, each given as position and separation (m): the farthest one
 /// across `normal` in each of as many fixed directions, twice. The first round finds what a body rests on and counts
 /// a point as nearer by `RESTING_PENALTY` times its height above the deepest; the second fills the places that are left
-/// with what the body may land on, where height costs only `LANDING_PENALTY`.
+/// with what the body may land on, where height costs only `LANDING_PENALTY`. If there are places left after that, whatever
+/// else bears gets them: a blunt corner may be the farthest in no direction.
 ///
 /// Directions and preferences are fixed, so that the same points are kept in the same order from step to step and keep
 /// their impulses. Points closer than `SAME_POINT` are one.
@@ -59,7 +60,8 @@ pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) 
         }
     }
     let numbers = farthest.into_iter().flatten().flat_map(|[_, number]| number.to_array());
-    for index in numbers.map(|number| number as u16) {
+    let bearing = (0..count).filter(|&i| point(i).1 - deepest <= BEARING_HEIGHT).map(|i| i as u16);
+    for index in numbers.map(|number| number as u16).chain(bearing) {
         if chosen.count == MAX_MANIFOLD_POINTS {
             break;
         }
