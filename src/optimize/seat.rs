@@ -235,17 +235,20 @@ impl Seat<'_> {
         let settled = settle(self.backend, &world, self.simulation, &settings, &starts)?;
         let bodies = world.start.len();
         let ends = starts.chunks_exact(bodies).zip(settled.poses.chunks_exact(bodies));
-        let rest = |(start, end): (&[Pose], &[Pose])| {
-            let foot = Vec3::Y * (rig.lowest(&start[0]) - start[0].translation.y);
-            let turned = end[0].rotation * start[0].rotation.conjugate() * foot;
-            Rest {
-                pose: rig.object(&end[0]),
-                turn: angle_between(end[0].rotation, start[0].rotation),
-                slide: (end[0].translation + turned - start[0].translation).with_y(0.0).length(),
-            }
+        let rest = |(start, end): (&[Pose], &[Pose])| Rest {
+            pose: rig.object(&end[0]),
+            turn: angle_between(end[0].rotation, start[0].rotation),
+            slide: slide(&start[0], &end[0], rig.lowest(&start[0])),
         };
         Ok(ends.zip(settled.usable).map(|(ends, usable)| usable.then(|| rest(ends))).collect())
     }
+}
+
+/// How far a body whose foot is at the height `lowest` has slid, m.
+fn slide(start: &Pose, end: &Pose, lowest: f32) -> f32 {
+    let foot = Vec3::Y * (lowest - start.translation.y);
+    let turned = end.rotation * start.rotation.conjugate() * foot;
+    (end.translation + turned - start.translation).with_y(0.0).length()
 }
 
 /// The smallest vertical shift that lets `child` rest on `bearer`, m; none if nothing is below it.
@@ -273,10 +276,22 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
+    use glam::Quat;
 
     fn cube(center: Vec3) -> ConvexPolyhedron {
         let corners = (0..8).map(|i| center + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5);
         ConvexPolyhedron::from_convex_hull(&corners.collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn what_rights_itself_does_not_slide() {
+        let upright = Pose::new(Quat::IDENTITY, Vec3::Y * 0.65);
+        let (edge, lean) = (Vec3::X * 0.1, Quat::from_rotation_z(-0.1));
+        let leaning = Pose::new(lean, edge + lean * (upright.translation - edge));
+        assert!((leaning.translation.x - upright.translation.x) > 0.06, "its centre moves");
+        assert!(slide(&leaning, &upright, 0.0) < 2e-3, "{}", slide(&leaning, &upright, 0.0));
+        let pushed = Pose::new(upright.rotation, upright.translation + Vec3::X * 0.08);
+        assert!((slide(&upright, &pushed, 0.0) - 0.08).abs() < 1e-6);
     }
 
     #[test]

@@ -116,11 +116,11 @@ pub const RELAXED_SPEED: f32 = 0.02;
 /// Most rigid sweeps of a small step. Half as many leave energy in one heap of sixty, and are not cheaper.
 pub const MAX_RELAXING_SWEEPS: u32 = 16;
 
-/// How many times its kinetic energy a candidate may have after a small step, if its bodies had moved freely, before the small
-/// step is solved again without a first guess.
+/// A small step that leaves a candidate more than so many times the kinetic energy that it would have without contacts is
+/// solved again without a first guess.
 pub const ENERGY_GAIN: f32 = 1.001;
 
-/// Speed of all bodies that counts as nothing there, m/s: sweeps leave some, and more of it where overlap is pushed out.
+/// What speed of all bodies, m/s, is allowed beyond that: sweeps leave some, and more of it where overlap is pushed out.
 pub const LEFT_SPEED: f32 = 0.05;
 
 /// Two bodies that have moved past each other by more than this get new lever arms at their contacts, m: too much turns
