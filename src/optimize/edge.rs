@@ -118,7 +118,7 @@ impl Seat<'_> {
         let rests = self.rests(object, None, layout, &places)?;
         let stays = |(place, rest): (scene::Pose, Option<Rest>)| {
             let rest = rest.filter(|rest| self.is_borne(object, Some(rest), layout) && (rest.stays() || !still))?;
-            Some((place, rest.slide))
+            Some((place, rest.shift))
         };
         Ok(places.into_iter().zip(rests).map(stays).collect())
     }

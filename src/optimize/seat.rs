@@ -65,7 +65,9 @@ pub(super) struct Rest {
     pub pose: scene::Pose,
     /// rad.
     pub turn: f32,
-    /// Of what is below its centre, at the height of its foot: what rights itself does not slide. m
+    /// Of its centre, along the ground, m.
+    pub shift: f32,
+    /// The same of what is below its centre at the height of its foot: what rights itself does not slide.
     pub slide: f32,
 }
 
@@ -238,6 +240,7 @@ impl Seat<'_> {
         let rest = |(start, end): (&[Pose], &[Pose])| Rest {
             pose: rig.object(&end[0]),
             turn: angle_between(end[0].rotation, start[0].rotation),
+            shift: (end[0].translation - start[0].translation).with_y(0.0).length(),
             slide: slide(&start[0], &end[0], rig.lowest(&start[0])),
         };
         Ok(ends.zip(settled.usable).map(|(ends, usable)| usable.then(|| rest(ends))).collect())
