@@ -1,15 +1,14 @@
 //! A second opinion: what stands only on the facets of one decomposition, or on a point, does not stand in another
 //! engine.
 //!
-//! The settled layout is let go with all decompositions of its meshes, and on slippery slopes that fall four ways. On these,
-//! and with V-HACD's parts, objects without a stated mass weigh as much as their parts are large: the mass of a category is a
-//! guess, and a lamp that only a heavy bowl holds falls elsewhere. What moves in any of these runs is searched once more,
-//! with a wider spread, and so is what leans or has lost its support. Copies of the layout have those objects shifted and
-//! turned at random, about where they are and about where they come to rest in one of the runs, or where there is room for
-//! them near the place at which they were set onto it. Each copy settles and is let go in the same way, and so are mixtures
-//! in which every object is as in the copy in which it costs least. What costs is what has lost its support, moves or has
-//! fallen over, and the way from the reconstruction. The cheapest are let go with the other decompositions on the slopes too,
-//! and the cheapest of those goes on.
+//! The settled layout is let go with all decompositions of its meshes, level and on slippery slopes that fall four ways. On
+//! these, and with V-HACD's parts, objects without a stated mass weigh as much as their parts are large: the mass of a
+//! category is a guess, and a lamp that only a heavy bowl holds falls elsewhere. What moves in any of these runs is searched
+//! once more, with a wider spread, and so is what leans or has lost its support. Copies of the layout have those objects
+//! shifted and turned at random, about where they are and about where they come to rest in one of the runs, or where there is
+//! room for them near the place at which they were set onto it. Each copy settles and is let go in the same way, and so are
+//! mixtures in which every object is as in the copy in which it costs least. What costs is what has lost its support, moves or
+//! has fallen over, and the way from the reconstruction. The cheapest goes on.
 
 use super::{
     Event, Observer,
@@ -29,9 +28,6 @@ use glam::{DQuat, Vec2, Vec3};
 
 /// Copies that a round looks at.
 const COPIES: u32 = 64;
-
-/// The cheapest so many of a round are let go in further runs.
-const FINALISTS: usize = 8;
 
 /// Most rounds, and how many in a row that find nothing better are the last.
 const ROUNDS: u32 = 6;
@@ -56,8 +52,8 @@ const FELL: f64 = 4.0;
 const MOVES: f64 = 3.0;
 const MOVES_OTHERWISE: f64 = 2.0;
 
-/// And one that moves in a further run.
-const DOUBT: f64 = 1.0;
+/// And one that moves with others on one of the slopes: all eight of these runs count as much as one of those.
+const MOVES_OTHERWISE_ON_SLOPE: f64 = 0.25;
 
 /// What moves by more than this share of what the check allows counts as moving: other engines differ by as much.
 const CALM: f64 = 0.5;
@@ -113,14 +109,11 @@ struct Model<'a> {
 }
 
 /// The movable objects as they are in each run: with the parts that the result names, with their alternative ones, and with
-/// the former on slopes.
+/// either on slopes.
 pub(super) struct Opinions<'a> {
     run: &'a Run<'a>,
     group: &'a Group,
     models: Vec<Model<'a>>,
-    /// Further runs, with the alternative parts on slopes: the best of many copies owes its place partly to luck in the runs
-    /// that it was chosen by.
-    further: Vec<Model<'a>>,
     /// How copies settle: with the parts that the result names, and all walls.
     settling: Model<'a>,
 }
@@ -145,19 +138,19 @@ impl<'a> Opinions<'a> {
         let stated = run.rigs.iter().zip(&run.scene.objects).map(|(rig, object)| rig.with_stated_mass(object.mass));
         let stated: Vec<Rig> = stated.collect();
         models.extend(slopes.map(|slope| model(on(&stated, slope), &slippery, MOVES)));
-        let further = run.alternatives.iter().flat_map(|rigs| slopes.map(|slope| (rigs, slope)));
-        let further = further.map(|(rigs, slope)| model(on(rigs, slope), &slippery, DOUBT)).collect();
+        let otherwise = run.alternatives.iter().flat_map(|rigs| slopes.map(|slope| on(rigs, slope)));
+        models.extend(otherwise.map(|rigs| model(rigs, &slippery, MOVES_OTHERWISE_ON_SLOPE)));
         let settling = between(&run.walls, run.rigs.clone(), &as_it_is, MOVES);
-        Self { run, group, models, further, settling }
+        Self { run, group, models, settling }
     }
 
     /// Searches what does not stand in all runs once more. The layout stays as it is unless a better one is found.
     pub fn improve(&self, layout: &mut Layout, observer: &mut dyn Observer) -> Result<(), BackendError> {
         let mut best = self.judge(vec![layout.clone()])?.swap_remove(0);
-        // Other engines' parts reach farther sideways.
+        // Other engines' parts reach farther sideways. What then moves is searched like everything that does.
         if let Some(spread) = projection::spread(self.run.scene, &self.run.rigs, layout, self.group) {
             let roomy = self.judge(self.settled(&self.settling, &[spread])?)?.swap_remove(0);
-            if roomy.failing.len() <= best.failing.len() {
+            if roomy.lost.len() <= best.lost.len() {
                 best = roomy;
             }
         }
@@ -177,15 +170,12 @@ impl<'a> Opinions<'a> {
             trials.extend(self.judge(self.settled(&self.settling, &mixtures)?)?);
             let again = [mixed(&best, &trials, &best.failing)];
             trials.extend(self.judge(self.settled(&self.settling, &again)?)?);
-            trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            trials.truncate(FINALISTS);
-            trials.insert(0, best);
-            let doubts = self.doubts(&trials)?;
-            let totals = trials.iter().zip(doubts).map(|(trial, doubt)| trial.cost + doubt).enumerate();
-            let total = |(rank, total): &(usize, f64)| total + if *rank > 0 { WORTH } else { 0.0 };
-            let (rank, _) = totals.min_by(|a, b| total(a).total_cmp(&total(b))).unwrap_or_default();
-            idle = if rank > 0 { 0 } else { idle + 1 };
-            best = trials.swap_remove(rank);
+            idle += 1;
+            if let Some(cheapest) = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
+                && cheapest.cost + WORTH < best.cost
+            {
+                (best, idle) = (cheapest, 0);
+            }
         }
         *layout = best.layout;
         Ok(())
@@ -277,7 +267,7 @@ impl<'a> Opinions<'a> {
     /// Lets layouts at rest go in all runs.
     fn judge(&self, layouts: Vec<Layout>) -> Result<Vec<Trial>, BackendError> {
         let Run { backend, seated, .. } = self.run;
-        let mut released = self.let_go(&self.models, &layouts)?;
+        let mut released = self.let_go(&layouts)?;
         let model @ Model { world, simulation, .. } = &self.models[0];
         for (layout, released) in layouts.iter().zip(&mut released) {
             let depths = backend.overlaps(world, simulation, &self.starts(model, layout))?;
@@ -313,18 +303,11 @@ impl<'a> Opinions<'a> {
         Ok(layouts.into_iter().zip(released).map(trial).collect())
     }
 
-    /// What it costs in each trial that objects move in the further runs, and how far they go on average over them.
-    fn doubts(&self, trials: &[Trial]) -> Result<Vec<f64>, BackendError> {
-        let layouts: Vec<Layout> = trials.iter().map(|trial| trial.layout.clone()).collect();
-        let price = |released: Vec<Release>| released.iter().map(|released| released.moves + released.farther).sum();
-        Ok(self.let_go(&self.further, &layouts)?.into_iter().map(price).collect())
-    }
-
-    /// What comes of every object of every layout in these runs.
-    fn let_go(&self, models: &[Model], layouts: &[Layout]) -> Result<Vec<Vec<Release>>, BackendError> {
+    /// What comes of every object of every layout in all runs.
+    fn let_go(&self, layouts: &[Layout]) -> Result<Vec<Vec<Release>>, BackendError> {
         let Run { backend, config, seated, .. } = self.run;
         let mut released = vec![vec![Release::default(); seated.len()]; layouts.len()];
-        for model @ Model { world, simulation, price, .. } in models {
+        for model @ Model { world, simulation, price, .. } in &self.models {
             let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
             let checked = verify(*backend, world, simulation, &config.verify, &starts)?;
             let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
@@ -333,7 +316,7 @@ impl<'a> Opinions<'a> {
                     let motion = &motions[body];
                     let stays = *usable && motion.is_within(CALM, &config.verify);
                     released[object].moves += if stays { 0.0 } else { *price };
-                    released[object].farther += self.weighed(motion.drift, motion.turn) / models.len() as f64;
+                    released[object].farther += self.weighed(motion.drift, motion.turn) / self.models.len() as f64;
                 }
             }
         }
