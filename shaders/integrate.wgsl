@@ -82,11 +82,12 @@ fn end_of_compact(spin: vec3<f32>, turn: vec3<f32>, old: vec4<f32>, inverse_iner
 }
 
 fn end_of_slender(
+    before: vec3<f32>,
     world_spin: vec3<f32>,
     turn: vec3<f32>,
     old: vec4<f32>,
     inverse_inertia: vec3<f32>,
-    is_touched: bool,
+    touched: u32,
 ) -> End {
     let spin = rotate(conjugate(old), world_spin);
     let next = free_spin(spin, inverse_inertia);
@@ -94,7 +95,8 @@ fn end_of_slender(
     let turned_on = turned(old, turn + 0.5 * sim.substep * (ahead - world_spin));
     let correction = aligning(rotate(turned_on, next / inverse_inertia), rotate(old, spin / inverse_inertia));
     let aligned = unit_rotation(compose(correction, turned_on));
-    let rotation = select(aligned, turned_on, is_touched);
+    let is_fast = max(dot(world_spin, world_spin), dot(before, before)) > HIT_SPIN * HIT_SPIN;
+    let rotation = select(turned_on, aligned, touched == 0u || (touched == 1u && is_fast));
     return End(rotation, rotate(rotation, next));
 }
 
@@ -130,7 +132,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let turn = from_frame(state, state.turn);
         var end: End;
         if (most > SLENDER_INERTIA_RATIO * least) {
-            end = end_of_slender(spin, turn, old, inverse_inertia, state.touched != 0u);
+            end = end_of_slender(velocities[i].angular, spin, turn, old, inverse_inertia, state.touched);
         } else {
             end = end_of_compact(spin, turn, old, inverse_inertia);
         }

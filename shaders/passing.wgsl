@@ -18,11 +18,12 @@
 @group(0) @binding(3) var<storage, read> hulls: array<Hull>;
 @group(0) @binding(4) var<storage, read> vertices: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> faces: array<Face>;
-@group(0) @binding(6) var<storage, read> poses: array<Pose>;
-@group(0) @binding(7) var<storage, read> velocities: array<Velocity>;
-@group(0) @binding(8) var<storage, read> facings: array<Facing>;
-@group(0) @binding(9) var<storage, read> manifold_points: array<ManifoldPoint>;
-@group(0) @binding(10) var<storage, read_write> manifolds: array<Manifold>;
+@group(0) @binding(6) var<storage, read> edges: array<Edge>;
+@group(0) @binding(7) var<storage, read> poses: array<Pose>;
+@group(0) @binding(8) var<storage, read> velocities: array<Velocity>;
+@group(0) @binding(9) var<storage, read> facings: array<Facing>;
+@group(0) @binding(10) var<storage, read> manifold_points: array<ManifoldPoint>;
+@group(0) @binding(11) var<storage, read_write> manifolds: array<Manifold>;
 
 // A body that nothing touches.
 struct Mover {
@@ -47,17 +48,54 @@ fn later(body: Mover, time: f32) -> Pose {
     return Pose(compose(turn, body.pose.rotation), body.pose.translation + time * body.linear);
 }
 
-// True if a face of `hull` has all of `other` on its outer side, now and later.
-fn stays_beside(hull: Hull, other: Hull, now: Frame, then: Frame) -> bool {
-    for (var i = hull.first_face; i < hull.first_face + hull.face_count; i++) {
-        let plane = faces[i].plane;
-        var outside = true;
-        for (var k = other.first_vertex; outside && k < other.first_vertex + other.vertex_count; k++) {
-            let vertex = vertices[k].xyz;
-            let heights = vec2(dot(plane.xyz, carried(now, vertex)), dot(plane.xyz, carried(then, vertex)));
-            outside = min(heights.x, heights.y) > plane.w;
+// From the other body's frame to that of a side: now, half-way and at the end.
+struct Way {
+    now: Frame,
+    halfway: Frame,
+    later: Frame,
+}
+
+// Where a point of the other body is on its way, in the frame of the side.
+struct Places {
+    now: vec3<f32>,
+    halfway: vec3<f32>,
+    later: vec3<f32>,
+}
+
+// Heights over a plane at both ends of a way, lowered by as much as the way sags below the line between them.
+fn heights(plane: vec4<f32>, places: Places) -> vec2<f32> {
+    let now = dot(plane.xyz, places.now) - plane.w;
+    let halfway = dot(plane.xyz, places.halfway) - plane.w;
+    let later = dot(plane.xyz, places.later) - plane.w;
+    let sag = min(halfway - 0.5 * (now + later), 0.0);
+    return vec2(now + sag, later + sag);
+}
+
+// True if a plane through an edge of `hull`, on which that hull lies, has all of `other` on its outer side all the way.
+// `nearest`, a point of `other` that is about to touch (its body's frame), is asked first: it rules out most edges.
+fn stays_beside(hull: Hull, other: Hull, way: Way, nearest: vec3<f32>) -> bool {
+    for (var i = hull.first_edge; i < hull.first_edge + hull.edge_count; i++) {
+        let sides = edges[i].faces;
+        let left_plane = faces[hull.first_face + sides.x].plane;
+        let right_plane = faces[hull.first_face + sides.y].plane;
+        // Which shares of the left face's plane, the rest being the right one's, have what was seen so far outside.
+        var low = 0.0;
+        var high = 1.0;
+        for (var k = 0u; low < high && k <= other.vertex_count; k++) {
+            let vertex = vertices[other.first_vertex + max(k, 1u) - 1u].xyz;
+            let point = select(vertex, nearest, k == 0u);
+            let places = Places(carried(way.now, point), carried(way.halfway, point), carried(way.later, point));
+            let left = heights(left_plane, places);
+            let right = heights(right_plane, places);
+            let level = right / (right - left);
+            low = select(low, max(low, level.x), left.x > right.x);
+            high = select(high, min(high, level.x), left.x < right.x);
+            low = select(low, max(low, level.y), left.y > right.y);
+            high = select(high, min(high, level.y), left.y < right.y);
+            let outside = max(left, right) > vec2(0.0);
+            high = select(low, high, outside.x & outside.y);
         }
-        if (outside) {
+        if (low < high) {
             return true;
         }
     }
@@ -82,21 +120,29 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let horizon = sim.substep + sim.small_step;
     let a = mover(row, facing.bodies.x, horizon);
     let b = mover(row, facing.bodies.y, horizon);
-    var acts = false;
-    for (var i = slot * MAX_MANIFOLD_POINTS; i < slot * MAX_MANIFOLD_POINTS + manifold.count; i++) {
+    // The first that would act.
+    let first_point = slot * MAX_MANIFOLD_POINTS;
+    let end = first_point + manifold.count;
+    var acting = end;
+    for (var i = first_point; i < end; i++) {
         let point = manifold_points[i];
         let closer = dot(manifold.normal, moved(a, point.on_a, horizon) - moved(b, point.on_b, horizon));
-        acts = acts || (point.separation > 0.0 && closer > point.separation);
+        acting = select(acting, min(acting, i), point.separation > 0.0 && closer > point.separation);
     }
-    if (!acts) {
+    if (acting == end) {
         return;
     }
+    let nearest_a = rotate(conjugate(a.pose.rotation), manifold_points[acting].on_a - a.pose.translation);
+    let nearest_b = rotate(conjugate(b.pose.rotation), manifold_points[acting].on_b - b.pose.translation);
     let first = hulls[facing.hulls.x];
     let second = hulls[facing.hulls.y];
+    let a_halfway = later(a, 0.5 * horizon);
+    let b_halfway = later(b, 0.5 * horizon);
     let a_later = later(a, horizon);
     let b_later = later(b, horizon);
-    let beside_first = stays_beside(first, second, between(a.pose, b.pose), between(a_later, b_later));
-    if (beside_first || stays_beside(second, first, between(b.pose, a.pose), between(b_later, a_later))) {
+    let past_first = Way(between(a.pose, b.pose), between(a_halfway, b_halfway), between(a_later, b_later));
+    let past_second = Way(between(b.pose, a.pose), between(b_halfway, a_halfway), between(b_later, a_later));
+    if (stays_beside(first, second, past_first, nearest_b) || stays_beside(second, first, past_second, nearest_a)) {
         manifolds[slot].count = 0u;
     }
 }

@@ -345,8 +345,10 @@ fn main(
         let end = 2u * ATTEMPT + select(0u, extra, at.step + 1u == sim.small_steps);
         if (at.sweep == 0u) {
             for (var i = slots; i < slots + count; i++) {
-                moving[first_body(patches[i], bodies)].touched = 1u;
-                moving[bodies + patches[i].b].touched = 1u;
+                let a = first_body(patches[i], bodies);
+                let b = bodies + patches[i].b;
+                moving[a].touched |= select(1u, 3u, moving[b].inverse_mass == 0.0);
+                moving[b].touched |= select(1u, 3u, moving[a].inverse_mass == 0.0);
             }
             accelerate(bodies);
             warm_start(bodies, slots, rows, count);

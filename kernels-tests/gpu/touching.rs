@@ -96,6 +96,12 @@ pub fn poses(world: &World, candidate: u32, age: u32) -> Vec<Pose> {
             if i == 1 && candidate % 8 == 3 {
                 return Pose::new(Quat::IDENTITY, Vec3::new(0.6802, 0.0905, 0.0));
             }
+            // Tilted beside a corner of the plate: only a plane through an edge has air before it.
+            if i == 1 && candidate % 8 == 7 {
+                let turn = Quat::from_rotation_y(std::f32::consts::FRAC_PI_4);
+                let beside = Vec3::new(0.6, 0.0555, 0.4) + turn * (Vec3::Z * 0.0768);
+                return Pose::new(turn * Quat::from_rotation_x(0.5), beside);
+            }
             let spread = if kind == 2 { 0.05 } else { 0.15 };
             let aged = 0.0005 * age as f32 * Vec3::new(y[0], y[1], y[2]);
             Pose::new(rotation, Vec3::new(spread * x[5], height, spread * x[6]) + aged)

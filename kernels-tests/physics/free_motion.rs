@@ -114,6 +114,41 @@ pub fn a_collision_in_mid_air_keeps_momentum(backend: &dyn Backend) {
     }
 }
 
+/// A rod that glances off a peg as it falls, and one that catches up with it, each number another pair.
+fn rods_that_meet(number: usize) -> Scenario {
+    let any = |j: usize| any(number, j);
+    let half = |j: usize| 0.02 + Vec3::new(0.05 * any(j), 0.05 * any(j + 1), 0.2 + 0.1 * any(j + 2));
+    let turn = |j: usize| Quat::from_rotation_y(6.0 * any(j)) * Quat::from_rotation_x(0.6 * any(j + 1) - 0.3);
+    let (first, second) = (half(0), half(3));
+    let beside = turn(6) * (Vec3::Z * first.z) * (0.5 + 0.4 * any(8));
+    let mut s = Scenario::default();
+    s.fixed(vec![cuboid(Vec3::splat(0.05))], Vec3::Y * 60.0 + beside, turn(9));
+    s.cuboid(first, 0.5 + 2.0 * any(11), Vec3::Y * (61.5 + any(12)), turn(6));
+    s.cuboid(second, 0.5 + 2.0 * any(13), Vec3::Y * (63.0 + any(12) + any(14)), turn(15));
+    s
+}
+
+/// What is slender keeps its spin in its own frame. A hit changes that in the middle of a substep, and the frame turns
+/// with the spin of before.
+pub fn rods_that_meet_in_mid_air_keep_their_angular_momentum(backend: &dyn Backend) {
+    const RODS: [usize; 2] = [1, 2];
+    let settings = undamped(settings(160));
+    for number in [7, 28, 45, 96, 139, 196] {
+        let s = rods_that_meet(number);
+        let states = run(backend, &s.world(), &settings);
+        let clear = |state: &State| RODS.iter().all(|&i| state.0[i].translation.y < 59.4);
+        let first = states.iter().position(clear).unwrap();
+        let before = &states[first];
+        let whirl: f64 = RODS.iter().map(|&i| s.angular_momentum_of(i, before).length()).sum();
+        let turned = |state: &State| (s.spin_of(1, state) - s.spin_of(1, before)).length() / whirl;
+        assert!(states[first..].iter().any(|state| turned(state) > 0.01), "rods {number} must hit each other");
+        let changes = states[first..].iter().map(|state| s.angular_momentum(state) - s.angular_momentum(before));
+        let most = changes.map(|change| change.length() / whirl).fold(0.0, f64::max);
+        measured(&format!("rods {number} that meet: change of angular momentum"), most, "< 0.001");
+        assert!(most < 1e-3, "rods {number}: angular momentum changed by {most} of {whirl} N m s");
+    }
+}
+
 /// Push-out leaves no velocity behind, so what counts is how far the pair moves.
 pub fn overlapping_bodies_in_mid_air_push_apart_evenly(backend: &dyn Backend) {
     const STEPS: u32 = 30;

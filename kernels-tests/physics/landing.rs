@@ -145,3 +145,80 @@ pub fn large_boxes_do_not_sink_in(backend: &dyn Backend) {
         assert!(lowest > -1e-3, "a box of {half} m dropped from {height} m is {lowest} m in the ground");
     }
 }
+
+/// What of these places is farthest along `side`.
+fn farthest(places: impl Iterator<Item = Vec3>, side: Vec3) -> Vec3 {
+    places.max_by(|a, b| a.dot(side).total_cmp(&b.dot(side))).unwrap()
+}
+
+/// Largest distance between the same body's places in two runs, m.
+fn apart(one: &[Pose], other: &[Pose]) -> f32 {
+    one.iter().zip(other).map(|(a, b)| a.translation.distance(b.translation)).fold(0.0, f32::max)
+}
+
+fn corners(half: Vec3, pose: Pose) -> impl Iterator<Item = Vec3> {
+    cuboid(half).into_iter().map(move |corner| pose.point(corner))
+}
+
+/// Seen from above there is air between the two, but none of their faces has it before it.
+pub fn tilted_boxes_fall_past_each_other(backend: &dyn Backend) {
+    let half = |number, j| 0.02 + 0.28 * Vec3::new(any(number, j), any(number, j + 1), any(number, j + 2));
+    let mut most = 0.0f32;
+    for number in 0..16 {
+        let gap = [5e-4, 2e-3, 5e-3, 0.01][number % 4];
+        let side = Quat::from_rotation_y(6.3 * any(number, 20)) * Vec3::X;
+        let (thing, other) = (half(number, 5), half(number, 9));
+        let start = Pose::new(tumbled(number), Vec3::Y * 12.0);
+        let below = 12.0 - thing.length() - other.length() - 2.0 * any(number, 21);
+        let turn = tumbled(number + 100);
+        let reach = farthest(corners(thing, start), side).dot(side);
+        let near = farthest(corners(other, Pose::new(turn, Vec3::ZERO)), -side).dot(side);
+        let fall = |is_beside: bool| {
+            let mut s = Scenario::default();
+            s.cuboid(thing, 1.0, start.translation, start.rotation);
+            if is_beside {
+                s.fixed(vec![cuboid(other)], Vec3::Y * below + side * (reach + gap - near), turn);
+            }
+            run(backend, &s.world(), &settings(60)).into_iter().map(|(poses, _)| poses[0]).collect::<Vec<_>>()
+        };
+        let off = apart(&fall(false), &fall(true));
+        most = most.max(off);
+        assert!(off < 1e-5, "box {number} is {off} m from free fall beside {gap} m of air");
+    }
+    measured("tilted boxes past each other: farthest from free fall, m", most, "< 1e-5");
+}
+
+/// Boxes that a peg has set spinning come within millimetres of another.
+pub fn spinning_boxes_pass_what_they_do_not_reach(backend: &dyn Backend) {
+    /// Poses between two steps that are looked at.
+    const BETWEEN: usize = 32;
+    let mut most = 0.0f32;
+    for number in 28..40 {
+        let half = 0.03 + 0.3 * Vec3::new(any(number, 5), any(number, 6), any(number, 7));
+        let other = 0.01 + 0.25 * Vec3::new(any(number, 8), any(number, 9), any(number, 10));
+        let gap = [3e-3, 6e-3][number % 2];
+        let turn = tumbled(number);
+        let fall = |obstacle: Option<Vec3>| {
+            let mut s = Scenario::default();
+            s.cuboid(half, 1.0, Vec3::Y * 20.0, Quat::from_rotation_y(any(number, 11)));
+            s.fixed(vec![cuboid(Vec3::splat(0.05))], Vec3::new(0.8 * half.x, 19.5 - half.y, 0.0), Quat::IDENTITY);
+            if let Some(at) = obstacle {
+                s.fixed(vec![cuboid(other)], at, turn);
+            }
+            run(backend, &s.world(), &settings(80)).into_iter().map(|(poses, _)| poses[0]).collect::<Vec<_>>()
+        };
+        let free = fall(None);
+        let between = |i: usize| {
+            let (a, b, share) = (free[i / BETWEEN], free[i / BETWEEN + 1], (i % BETWEEN) as f32 / BETWEEN as f32);
+            corners(half, Pose::new(a.rotation.slerp(b.rotation, share), a.translation.lerp(b.translation, share)))
+        };
+        let side = Quat::from_rotation_y(6.3 * any(number, 20)) * Vec3::X;
+        let reach = farthest((0..79 * BETWEEN).flat_map(between), side).dot(side);
+        let place = farthest((45 * BETWEEN..70 * BETWEEN).flat_map(between), side);
+        let near = farthest(corners(other, Pose::new(turn, Vec3::ZERO)), -side);
+        let off = apart(&free, &fall(Some(place - near + side * (reach - place.dot(side) + gap))));
+        most = most.max(off);
+        assert!(off < 1e-5, "box {number} is {off} m from its way beside {gap} m of air");
+    }
+    measured("spinning boxes past another: farthest from their way, m", most, "< 1e-5");
+}

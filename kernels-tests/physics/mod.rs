@@ -72,6 +72,7 @@ macro_rules! physics_suite {
                 spin_is_damped,
                 a_torque_free_body_keeps_its_angular_momentum,
                 a_collision_in_mid_air_keeps_momentum,
+                rods_that_meet_in_mid_air_keep_their_angular_momentum,
                 overlapping_bodies_in_mid_air_push_apart_evenly,
                 energy_never_grows,
                 energy_of_rods_never_grows,
@@ -92,6 +93,8 @@ macro_rules! physics_suite {
                 thin_things_do_not_pass_through_boards,
                 a_corner_within_the_outline_of_a_foot_bears,
                 what_falls_past_an_edge_falls_freely,
+                tilted_boxes_fall_past_each_other,
+                spinning_boxes_pass_what_they_do_not_reach,
                 large_boxes_do_not_sink_in,
             ]
             stacks: [

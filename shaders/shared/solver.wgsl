@@ -10,7 +10,7 @@ struct Moving {
     inverse_mass: f32,
     // Angular velocity, as the frame has it.
     spin: vec3<f32>,
-    // 1 if it has contacts, or may come to touch something.
+    // 1 if it has contacts, or may come to touch something; 3 if that is something fixed.
     touched: u32,
     // Shift since the substep's start, m.
     shift: vec3<f32>,

@@ -147,6 +147,7 @@ impl Contacts {
             hulls: tables.hulls.read(),
             vertices: tables.vertices.read(),
             faces: tables.faces.read(),
+            edges: tables.edges.read(),
             poses: inputs.poses.read(),
             velocities: inputs.velocities.read(),
             facings: self.facings.read(),

@@ -29,6 +29,10 @@ pub const MIN_INERTIA_RATIO: f32 = 1e-3;
 /// spin is carried over in its own frame.
 pub const SLENDER_INERTIA_RATIO: f32 = 8.0;
 
+/// Spin, before or after a substep, from which a slender body that touches nothing fixed is turned as its momentum asks even
+/// where it touches something free, rad/s. Slower ones stay where their contacts have them: what lies in a bowl would creep.
+pub const HIT_SPIN: f32 = 1.0;
+
 /// Largest distance to which the contact margin of two bodies grows with their speeds, m: they see their contacts a substep
 /// ahead, each up to 30 m/s.
 pub const MAX_SPECULATIVE_MARGIN: f32 = 0.5;

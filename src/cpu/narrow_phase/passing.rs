@@ -1,30 +1,37 @@
 //! Hulls that pass each other: contacts are made a substep ahead, and one between things that only fall past each other
 //! would stop them in the air.
 //!
-//! The idea of a conservative advance: where a face of one hull keeps all of the other on its outer side at the start of
-//! the substep and at its end, they do not meet, whatever their nearest corners are about to do. Only a contact that would
-//! act is asked, so that a thing at rest never loses what bears it.
+//! The idea of a conservative advance: where a plane on which one hull lies keeps all of the other on its outer side for as
+//! long as contacts act, they do not meet, whatever their nearest corners are about to do. The planes that are asked are
+//! all those through an edge of either hull, from the one of its faces to the other. Along a straight way there are no others:
+//! what a hull sweeps is a hull, and two hulls apart are parted by a face of one of them or by a plane along an edge of each.
+//! What spins goes along arcs, which are taken for parabolas. Only a contact that would act is asked, so that a thing at
+//! rest never loses what bears it.
 
-use super::{HullPair, Manifold};
+use super::{HullPair, Manifold, ManifoldPoint};
 use crate::world::{Pose, Velocity, compose, from_scaled_axis};
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec3, Vec4};
 
 /// True if a contact of the pair would act within `dt` (s), and yet the hulls only pass each other. `velocities` are those
 /// of the bodies if nothing touches them, gravity included.
 pub fn passes(pair: &HullPair, velocities: &[Velocity; 2], dt: f32, manifold: &Manifold) -> bool {
-    let acts = manifold.points().iter().any(|point| {
+    let acts = |point: &&ManifoldPoint| {
         let moved = |side: usize, at: Vec3| {
             let Velocity { linear, angular, .. } = velocities[side];
             dt * (linear + angular.cross(at - pair.poses[side].translation))
         };
         let closer = manifold.normal.dot(moved(0, point.on_a) - moved(1, point.on_b));
         point.separation > 0.0 && closer > point.separation
-    });
-    acts && {
-        let ends = [0, 1].map(|side: usize| end(pair.poses[side], &velocities[side], dt));
-        let later = HullPair { poses: [&ends[0], &ends[1]], ..*pair };
-        (0..2).any(|side| stays_beside(pair, &later, side))
-    }
+    };
+    manifold.points().iter().find(acts).is_some_and(|point| {
+        let after = |time: f32| [0, 1].map(|side: usize| end(pair.poses[side], &velocities[side], time));
+        let (halfway, later) = (after(0.5 * dt), after(dt));
+        (0..2).any(|side| {
+            let to_side = |poses: &[Pose; 2]| HullPair { poses: [&poses[0], &poses[1]], ..*pair }.other_to(side);
+            let nearest = pair.poses[1 - side].inverse_point([point.on_b, point.on_a][side]);
+            Way([pair.other_to(side), to_side(&halfway), to_side(&later)]).stays_beside(pair, side, nearest)
+        })
+    })
 }
 
 /// Where a body will be after `dt` seconds.
@@ -33,13 +40,57 @@ fn end(pose: &Pose, velocity: &Velocity, dt: f32) -> Pose {
     Pose::new(compose(turn, pose.rotation), pose.translation + dt * velocity.linear)
 }
 
-/// True if a face of the hull of `side` has all of the other hull on its outer side, now and later.
-fn stays_beside(pair: &HullPair, later: &HullPair, side: usize) -> bool {
-    let frames = [pair.other_to(side), later.other_to(side)];
-    let vertices = pair.tables.vertices_of(pair.hull(1 - side));
-    pair.tables.faces_of(pair.hull(side)).iter().any(|face| {
-        let outside =
-            |(turn, shift): &(Mat3, Vec3), vertex: Vec3| face.normal().dot(*turn * vertex + *shift) > face.plane.w;
-        vertices.iter().all(|vertex| frames.iter().all(|frame| outside(frame, vertex.truncate())))
-    })
+/// From the other body's frame to that of a side: now, half-way and at the end.
+struct Way([(Mat3, Vec3); 3]);
+
+impl Way {
+    /// True if a plane through an edge of the hull of `side`, on which that hull lies, has all of the other hull on its
+    /// outer side all the way. `nearest`, a point of the other hull that is about to touch (its body's frame), is asked first:
+    /// it rules out most edges.
+    fn stays_beside(&self, pair: &HullPair, side: usize, nearest: Vec3) -> bool {
+        let hull = pair.hull(side);
+        let (faces, others) = (pair.tables.faces_of(hull), pair.tables.vertices_of(pair.hull(1 - side)));
+        let nearest = self.places(nearest);
+        pair.tables.edges_of(hull).iter().any(|edge| {
+            let planes = edge.faces.map(|face| faces[face as usize].plane);
+            let mut shares = Shares { low: 0.0, high: 1.0 };
+            shares.keep_outside(planes, nearest)
+                && others.iter().all(|vertex| shares.keep_outside(planes, self.places(vertex.truncate())))
+        })
+    }
+
+    /// Where a point of the other body is on its way, in the frame of the side.
+    fn places(&self, point: Vec3) -> [Vec3; 3] {
+        self.0.map(|(turn, shift)| turn * point + shift)
+    }
+}
+
+/// The planes through an edge by the share of the left face's plane, the rest being the right one's: what lies between the
+/// two has all that was seen so far on its outer side.
+struct Shares {
+    low: f32,
+    high: f32,
+}
+
+impl Shares {
+    /// Leaves those that have these places on their outer side, too. True if any are left.
+    #[inline(always)]
+    fn keep_outside(&mut self, planes: [Vec4; 2], places: [Vec3; 3]) -> bool {
+        let [left, right] = planes.map(|plane| heights(plane, places));
+        for (left, right) in left.into_iter().zip(right) {
+            let level = right / (right - left);
+            self.low = if left > right { self.low.max(level) } else { self.low };
+            self.high = if left < right { self.high.min(level) } else { self.high };
+        }
+        let outside = left[0].max(right[0]) > 0.0 && left[1].max(right[1]) > 0.0;
+        outside && self.low < self.high
+    }
+}
+
+/// Heights over a plane at both ends of a way, lowered by as much as the way sags below the line between them.
+#[inline(always)]
+fn heights(plane: Vec4, places: [Vec3; 3]) -> [f32; 2] {
+    let [now, halfway, later] = places.map(|place| plane.truncate().dot(place) - plane.w);
+    let sag = (halfway - 0.5 * (now + later)).min(0.0);
+    [now + sag, later + sag]
 }

@@ -4,7 +4,7 @@ use super::lanes::Vector;
 use super::rotation::Rotation;
 use super::{Wide, unsigned};
 use crate::cpu::simulate::Workspace;
-use crate::world::constants::SLENDER_INERTIA_RATIO;
+use crate::world::constants::{HIT_SPIN, SLENDER_INERTIA_RATIO};
 use crate::world::{Body, Pose, compose, from_scaled_axis, unit_rotation};
 use fearless_simd::prelude::*;
 use glam::{Quat, Vec3, Vec4};
@@ -27,8 +27,9 @@ impl<S: Simd> Wide<S> {
             let (rotations, spins) = if slender { (old, spin) } else { compact(inverse, old, [spin, turn], dt) };
             for (lane, candidate) in candidates.iter_mut().enumerate() {
                 let (rotation, spin) = if slender {
-                    let (turn, spin) = (turn.lane(lane), spin.lane(lane));
-                    Slender { inverse_inertia: inverse, old: old.lane(lane), spin, turn }.end(moving.touches(lane), dt)
+                    let before = candidate.velocities[index].angular;
+                    let (old, spin, turn) = (old.lane(lane), spin.lane(lane), turn.lane(lane));
+                    Slender { inverse_inertia: inverse, old, before, spin, turn }.end(moving.touches(lane), dt)
                 } else {
                     (rotations.lane(lane), spins.lane(lane))
                 };
@@ -76,7 +77,8 @@ struct Slender {
     inverse_inertia: Vec3,
     /// Orientation at its start.
     old: Quat,
-    /// Angular velocity that the solver left, world, rad/s.
+    /// Angular velocity at its start, and the one that the solver left, world, rad/s.
+    before: Vec3,
     spin: Vec3,
     /// Sum of the turns of its small steps, world, rad.
     turn: Vec3,
@@ -90,15 +92,17 @@ impl Slender {
     /// Orientation and angular velocity after a substep of `dt`.
     ///
     /// The smallest part of the momentum across the body, taken for momentum along it, would be a spin without
-    /// bound. So its spin is carried over in its own frame, where Euler's equations bound it. What nothing touches is
-    /// turned by the last bit so that its momentum stays; with contacts there is none to keep, because the solver holds
-    /// inertia as it was at the start.
-    fn end(&self, touched: bool, dt: f32) -> (Quat, Vec3) {
+    /// bound. So its spin is carried over in its own frame, where Euler's equations bound it, and then it is turned by what is
+    /// left between that and its momentum, by the last bits of a free body, and by up to the turn before it if a hit has changed
+    /// the spin. What touches something fixed hands its momentum over to that; it stays where its contacts have it, and so does
+    /// what is hardly spinning.
+    fn end(&self, [touched, held]: [bool; 2], dt: f32) -> (Quat, Vec3) {
         let spin = self.old.conjugate() * self.spin;
         let next = free_spin(spin, self.inverse_inertia, dt);
         let ahead = self.turned(self.turn) * next;
         let mut new = self.turned(self.turn + 0.5 * dt * (ahead - self.spin));
-        if !touched {
+        let fast = self.spin.length_squared().max(self.before.length_squared()) > HIT_SPIN * HIT_SPIN;
+        if !touched || (!held && fast) {
             let momentum = self.old * (spin / self.inverse_inertia);
             new = unit_rotation(compose(aligning(new * (next / self.inverse_inertia), momentum), new));
         }

@@ -47,8 +47,12 @@ impl<S: Simd> Wide<S> {
         self.frictions.clear();
         for patch in &mut self.union.patches {
             let touched = patch.present().to_bitmask() as u32;
-            self.bodies[patch.a as usize].touched |= touched;
-            self.bodies[patch.b as usize].touched |= touched;
+            for [body, other] in [[patch.a, patch.b], [patch.b, patch.a]] {
+                let is_fixed = self.bodies[other as usize].inverse_mass == 0.0;
+                let body = &mut self.bodies[body as usize];
+                body.touched |= touched;
+                body.held |= if is_fixed { touched } else { 0 };
+            }
             let (a, b) = (&self.bodies[patch.a as usize], &self.bodies[patch.b as usize]);
             let arms = |point: Vector<S>| [point - a.origin, point - b.origin];
             let center = arms(patch.center);

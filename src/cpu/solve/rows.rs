@@ -27,6 +27,8 @@ pub struct Moving<S: Simd> {
     pub frame: Matrix<S>,
     /// A bit for every candidate: true if the body has contacts, or may come to touch something.
     pub touched: u32,
+    /// The same with something fixed.
+    pub held: u32,
     /// The candidates in which a contact of the body changed its speed in the last rigid sweep, and in the present one.
     pub restless: [Mask<S>; 2],
 }
@@ -46,14 +48,15 @@ impl<S: Simd> Moving<S> {
             inverse_mass: 0.0,
             frame: Matrix::zero(simd),
             touched: 0,
+            held: 0,
             restless: [all(simd, false); 2],
         }
     }
 
-    /// True if the body of this candidate has contacts, or may come to touch something.
+    /// True if the body of this candidate has contacts, or may come to touch something; and if that is something fixed.
     #[inline(always)]
-    pub fn touches(&self, lane: usize) -> bool {
-        self.touched >> lane & 1 == 1
+    pub fn touches(&self, lane: usize) -> [bool; 2] {
+        [self.touched, self.held].map(|lanes| lanes >> lane & 1 == 1)
     }
 }
 

@@ -67,7 +67,7 @@ pub struct Moving {
     pub inverse_mass: f32,
     /// Angular velocity, as the frame has it.
     pub spin: Vec3,
-    /// 1 if it has contacts, or may come to touch something.
+    /// 1 if it has contacts, or may come to touch something; 3 if that is something fixed.
     pub touched: u32,
     /// Since the substep's start, m.
     pub shift: Vec3,
