@@ -46,7 +46,7 @@ const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
 
 /// What an object costs that has lost its support, and that has fallen over: rad, or so many times 17 cm.
 const LOST: f64 = 10.0;
-const FELL: f64 = 4.0;
+const FELL: f64 = 8.0;
 
 /// And one that moves, with the parts that the result names, and with others: those may be at fault themselves.
 const MOVES: f64 = 3.0;
