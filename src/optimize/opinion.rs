@@ -44,9 +44,14 @@ const SLIPPERY: f32 = 0.7;
 /// The last copies have all of it, the first ones next to nothing.
 const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
 
-/// What an object costs that has lost its support, and that has fallen over: rad, or so many times 17 cm.
+/// What an object costs that has lost its support, and that has fallen over or onto another level: rad, or so many times
+/// 17 cm.
 const LOST: f64 = 10.0;
 const FELL: f64 = 8.0;
+
+/// What is so much higher or lower than it was set onto its support is on another level, m: what other parts push off the
+/// board of a shelf finds rest on the next one.
+const LEVEL: f64 = 0.1;
 
 /// And one that moves, with the parts that the result names, and with others: those may be at fault themselves.
 const MOVES: f64 = 3.0;
@@ -293,7 +298,7 @@ impl<'a> Opinions<'a> {
                 self.distance(object, &layout[object])
                     + released[object].farther
                     + if unsupported[object] { LOST } else { 0.0 }
-                    + if angle(&layout[object], &self.run.input[object]) > FALLEN { FELL } else { 0.0 }
+                    + if self.has_fallen(object, &layout[object]) { FELL } else { 0.0 }
                     + released[object].moves
             };
             let mut costs = vec![0.0; layout.len()];
@@ -328,6 +333,13 @@ impl<'a> Opinions<'a> {
         let Run { scene, rigs, .. } = self.run;
         let bodies: Vec<Pose> = rigs.iter().zip(layout).map(|(rig, pose)| rig.body(pose)).collect();
         support::lost(scene, rigs, &bodies)
+    }
+
+    /// True for what has fallen over or onto another level.
+    fn has_fallen(&self, object: usize, pose: &scene::Pose) -> bool {
+        let height = |pose: &scene::Pose| self.run.rigs[object].center_of(pose).y;
+        let level = (height(pose) - height(&self.run.seated[object])).abs();
+        angle(pose, &self.run.input[object]) > FALLEN || level > LEVEL
     }
 
     /// How far an object is from its reconstruction, as the layout term weighs it.
