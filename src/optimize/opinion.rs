@@ -44,10 +44,11 @@ const SLIPPERY: f32 = 0.7;
 /// The last copies have all of it, the first ones next to nothing.
 const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
 
-/// What an object costs that has lost its support, and that has fallen over or onto another level: rad, or so many times
-/// 17 cm.
+/// What an object costs that has lost its support, that has fallen over, and that has come to another level: rad, or so many
+/// times 17 cm.
 const LOST: f64 = 10.0;
-const FELL: f64 = 8.0;
+const FELL: f64 = 5.0;
+const LEFT: f64 = 8.0;
 
 /// What is so much higher or lower than it was set onto its support is on another level, m: what other parts push off the
 /// board of a shelf finds rest on the next one.
@@ -298,7 +299,7 @@ impl<'a> Opinions<'a> {
                 self.distance(object, &layout[object])
                     + released[object].farther
                     + if unsupported[object] { LOST } else { 0.0 }
-                    + if self.has_fallen(object, &layout[object]) { FELL } else { 0.0 }
+                    + self.misplaced(object, &layout[object])
                     + released[object].moves
             };
             let mut costs = vec![0.0; layout.len()];
@@ -335,11 +336,15 @@ impl<'a> Opinions<'a> {
         support::lost(scene, rigs, &bodies)
     }
 
-    /// True for what has fallen over or onto another level.
-    fn has_fallen(&self, object: usize, pose: &scene::Pose) -> bool {
+    /// What it costs that an object has fallen over or come to another level.
+    fn misplaced(&self, object: usize, pose: &scene::Pose) -> f64 {
         let height = |pose: &scene::Pose| self.run.rigs[object].center_of(pose).y;
-        let level = (height(pose) - height(&self.run.seated[object])).abs();
-        angle(pose, &self.run.input[object]) > FALLEN || level > LEVEL
+        let climbed = height(pose) - height(&self.run.seated[object]);
+        match angle(pose, &self.run.input[object]) > FALLEN {
+            true => FELL,
+            false if climbed.abs() > LEVEL => LEFT,
+            false => 0.0,
+        }
     }
 
     /// How far an object is from its reconstruction, as the layout term weighs it.

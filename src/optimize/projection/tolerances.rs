@@ -10,8 +10,8 @@ pub(super) const MARGIN: f32 = 0.1e-3;
 
 /// Room that things beside each other are given at the end, each as a share of its size and at most so many m: other engines'
 /// convex parts reach beyond a mesh by so much, and what begins inside another is thrown.
-pub(super) const ROOM: f32 = 0.01;
-pub(super) const MAX_ROOM: f32 = 0.02;
+pub(super) const ROOM: f32 = 0.005;
+pub(super) const MAX_ROOM: f32 = 0.01;
 
 /// Nothing goes farther for that, m.
 pub(super) const MAX_SPREAD: f64 = 0.05;
