@@ -48,11 +48,11 @@ const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
 /// times 17 cm.
 const LOST: f64 = 10.0;
 const FELL: f64 = 5.0;
-const LEFT: f64 = 8.0;
+const ON_ANOTHER_LEVEL: f64 = 8.0;
 
 /// What is so much higher or lower than it was set onto its support is on another level, m: what other parts push off the
 /// board of a shelf finds rest on the next one.
-const LEVEL: f64 = 0.1;
+const LEVELS_APART: f64 = 0.1;
 
 /// And one that moves, with the parts that the result names, and with others: those may be at fault themselves.
 const MOVES: f64 = 3.0;
@@ -342,7 +342,7 @@ impl<'a> Opinions<'a> {
         let climbed = height(pose) - height(&self.run.seated[object]);
         match angle(pose, &self.run.input[object]) > FALLEN {
             true => FELL,
-            false if climbed.abs() > LEVEL => LEFT,
+            false if climbed.abs() > LEVELS_APART => ON_ANOTHER_LEVEL,
             false => 0.0,
         }
     }
