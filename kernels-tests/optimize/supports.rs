@@ -5,7 +5,7 @@ use glam::{DVec3, Quat, Vec3};
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::optimize::{Config, ObjectOutcome, run};
 use rest3d_gpu::scene::{Parent, Relation};
-use rest3d_gpu::shape::{Alternative, Part};
+use rest3d_gpu::shape::Alternative;
 
 #[test]
 fn lost_support_is_seen() {
@@ -262,25 +262,4 @@ fn what_is_jammed_is_freed() {
     assert!(object.stable && object.overlap > 2e-3, "{object:?}");
     let object = with(true);
     assert!(object.stable && object.overlap < 1e-3 && object.moved < 0.05 && !object.lost_support, "{object:?}");
-}
-
-/// Two boards, and a can on the lower one. Other parts fill the space between the boards and push it out; that it would find rest
-/// on the upper board is no reason to take it there.
-#[test]
-fn what_other_parts_push_off_a_board_is_not_taken_to_the_next() {
-    let mut boxes = Boxes::default();
-    let shelf = boxes.add("shelf", GROUND, Vec3::new(1.0, 0.02, 1.0), DVec3::ZERO);
-    boxes.objects[shelf].movable = false;
-    let lower = boxes.shapes[shelf].parts[0].vertices.clone();
-    let upper: Vec<Vec3> = lower.iter().map(|v| v + 0.3 * Vec3::Y).collect();
-    let filled = lower.iter().chain(&upper).copied().collect();
-    boxes.shapes[shelf].parts.push(Part { vertices: upper });
-    boxes.shapes[shelf].alternatives[1].parts = vec![Part { vertices: filled }];
-    let can = boxes.add("can", Parent::Object(shelf), Vec3::splat(0.1), DVec3::new(0.1, 0.02, 0.1));
-    let mut scene = boxes.scene();
-    scene.objects[can].relation = Relation::Inside;
-    let config = Config { second_opinion: true, ..frozen() };
-    let outcome = run(&scene, &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
-    let can = &outcome.objects[can];
-    assert!(can.stable && !can.stable_otherwise && can.moved < 0.05, "{can:?}");
 }
