@@ -7,6 +7,8 @@ use rest3d_gpu::world::{Backend, Flow, Pose, Velocity, World};
 
 const CANDIDATES: usize = 12;
 const STEPS: u32 = 90;
+/// The candidate that has no numbers to begin with, where one is wanted.
+const LOST: usize = 3;
 
 /// A table, and a heap that falls onto it and off it.
 fn heap() -> World {
@@ -72,5 +74,30 @@ pub fn a_candidate_does_not_depend_on_the_others(backend: &dyn Backend) {
                 assert!(bits == whole[*candidate], "candidate {candidate} differs among {some:?}");
             }
         }
+    }
+}
+
+/// Candidates that end one after the other, the last ones first, leave those that go on alone; each is told its own steps, and no
+/// more of them once it has ended.
+pub fn a_candidate_does_not_depend_on_what_has_ended(backend: &dyn Backend) {
+    let world = hard_heap(23).world();
+    let all: Vec<usize> = (0..CANDIDATES).collect();
+    let whole = simulate(backend, &world, &all);
+    let mut starts: Vec<Pose> = all.iter().flat_map(|&candidate| start(&world, candidate)).collect();
+    starts[LOST * world.bodies.len() + 1].translation.x = f32::NAN;
+    let steps_of = |candidate: usize| 5 * (CANDIDATES - candidate);
+    let mut bits = vec![Vec::new(); CANDIDATES];
+    let mut taken = [0; CANDIDATES];
+    let mut keep = |candidate: usize, poses: &[Pose], velocities: &[Velocity]| {
+        bits[candidate].extend_from_slice(bytemuck::cast_slice::<_, u8>(poses));
+        bits[candidate].extend_from_slice(bytemuck::cast_slice(velocities));
+        taken[candidate] += 1;
+        if taken[candidate] == steps_of(candidate) { Flow::Stop } else { Flow::Continue }
+    };
+    let status = backend.simulate_each(&world, &settings(STEPS), &starts, &mut keep).unwrap();
+    for (candidate, (bits, whole)) in bits.iter().zip(&whole).enumerate() {
+        assert_eq!(taken[candidate], steps_of(candidate), "steps of candidate {candidate}");
+        assert_eq!(status[candidate].is_usable(), candidate != LOST, "status of candidate {candidate}");
+        assert!(candidate == LOST || bits[..] == whole[..bits.len()], "candidate {candidate} differs");
     }
 }

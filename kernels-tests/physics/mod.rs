@@ -132,6 +132,7 @@ macro_rules! physics_suite {
             determinism: [
                 a_second_run_gives_the_same_bits,
                 a_candidate_does_not_depend_on_the_others,
+                a_candidate_does_not_depend_on_what_has_ended,
             ]
         }
     };

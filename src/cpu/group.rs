@@ -14,13 +14,52 @@ pub(super) fn at_once(candidates: usize, most: usize) -> usize {
     candidates.div_ceil(rayon::current_num_threads()).clamp(1, most)
 }
 
-/// Some candidates; made once per thread and reused. What becomes of one does not depend on the others.
+/// What a thread needs to advance candidates, at most as many at once as the solver takes. What becomes of one does not depend on
+/// the others.
+pub(super) struct Stepper {
+    scratch: Scratch,
+    solver: Solver,
+}
+
+impl Stepper {
+    /// Solves with the vectors that `level` says that the processor has.
+    pub fn new(level: Level) -> Self {
+        Self { scratch: Scratch::default(), solver: Solver::new(level) }
+    }
+
+    /// Advances the candidates by one step of `dt`, and tells `clock` of every part.
+    pub fn step(
+        &mut self,
+        (world, settings, narrow): (&World, &SimSettings, &Separator),
+        candidates: &mut [Workspace],
+        clock: &mut impl Clock,
+    ) {
+        for _ in 0..settings.substeps.max(1) {
+            self.collide((world, settings, narrow), candidates, clock);
+            self.solver.substep(&world.bodies, settings, candidates);
+            clock.lap(Kernel::Solve);
+        }
+        candidates.iter_mut().for_each(Workspace::check);
+    }
+
+    fn collide(
+        &mut self,
+        (world, settings, narrow): (&World, &SimSettings, &Separator),
+        candidates: &mut [Workspace],
+        clock: &mut impl Clock,
+    ) {
+        for candidate in candidates {
+            candidate.collide(world, settings, narrow, &mut self.scratch, clock);
+        }
+    }
+}
+
+/// Some candidates that advance together; made once per thread and reused.
 pub struct Group {
     workspaces: Vec<Workspace>,
     /// The others are spare.
     running: usize,
-    scratch: Scratch,
-    solver: Solver,
+    stepper: Stepper,
 }
 
 impl Group {
@@ -31,12 +70,12 @@ impl Group {
 
     /// Room for so many candidates of `world`.
     pub fn new(world: &World, candidates: usize) -> Self {
-        Self::solved_by(Solver::new(Level::new()), world, candidates)
+        Self::stepped_by(Stepper::new(Level::new()), world, candidates)
     }
 
-    fn solved_by(solver: Solver, world: &World, candidates: usize) -> Self {
+    fn stepped_by(stepper: Stepper, world: &World, candidates: usize) -> Self {
         let workspaces = (0..candidates).map(|_| Workspace::new(world)).collect();
-        Self { workspaces, running: candidates, scratch: Scratch::default(), solver }
+        Self { workspaces, running: candidates, stepper }
     }
 
     /// Forgets the last candidates: the bodies are at rest at `placed`, candidate after candidate; nothing touches yet.
@@ -65,12 +104,7 @@ impl Group {
 
     /// The same, and tells `clock` of every part.
     pub fn step_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
-        for _ in 0..settings.substeps.max(1) {
-            self.collide_timed(world, settings, narrow, clock);
-            self.solve(world, settings);
-            clock.lap(Kernel::Solve);
-        }
-        self.candidates_mut().iter_mut().for_each(Workspace::check);
+        self.stepper.step((world, settings, narrow), &mut self.workspaces[..self.running], clock);
     }
 
     /// Finds the contacts of the next substep.
@@ -80,14 +114,12 @@ impl Group {
 
     /// The same, and tells `clock` of every part and of what it found.
     pub fn collide_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
-        for candidate in &mut self.workspaces[..self.running] {
-            candidate.collide(world, settings, narrow, &mut self.scratch, clock);
-        }
+        self.stepper.collide((world, settings, narrow), &mut self.workspaces[..self.running], clock);
     }
 
     /// Advances by one substep with the contacts at hand.
     pub fn solve(&mut self, world: &World, settings: &SimSettings) {
-        self.solver.substep(&world.bodies, settings, &mut self.workspaces[..self.running]);
+        self.stepper.solver.substep(&world.bodies, settings, &mut self.workspaces[..self.running]);
     }
 }
 
@@ -134,7 +166,7 @@ mod tests {
     fn simulated(world: &World, level: Level, at_once: usize) -> Vec<(Vec<u8>, Status)> {
         let settings = SimSettings { steps: 40, ..Default::default() };
         let narrow = Separator::new(settings.narrow_phase, &world.hulls);
-        let mut group = Group::solved_by(Solver::new(level), world, at_once);
+        let mut group = Group::stepped_by(Stepper::new(level), world, at_once);
         let mut all = Vec::new();
         for placed in starts(world).chunks(at_once * world.bodies.len()) {
             group.start(placed);

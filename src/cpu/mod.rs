@@ -10,6 +10,7 @@ mod group;
 pub mod moments;
 pub mod narrow_phase;
 pub mod place;
+mod population;
 mod raster;
 mod rollouts;
 pub mod sample;
@@ -24,12 +25,11 @@ pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
 
 use crate::world::{
-    Backend, BackendError, Flow, KernelTime, MemoryPlan, NarrowPhase, OnStep, Pose, Rollouts, Search, SearchSettings,
-    SimSettings, Status, Stream, Velocity, World,
+    Backend, BackendError, Flow, KernelTime, MemoryPlan, NarrowPhase, OnCandidate, OnStep, Pose, Rollouts, Search,
+    SearchSettings, SimSettings, Status, Stream, Velocity, World,
 };
-use group::at_once;
 use narrow_phase::Separator;
-use rayon::prelude::*;
+use population::Population;
 
 /// Simulates on the processor's cores.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,36 +55,41 @@ impl Backend for CpuBackend {
         if bodies == 0 {
             return Ok(Vec::new());
         }
-        let narrow = Separator::new(settings.narrow_phase, &world.hulls);
-        let size = at_once(starts.len() / bodies, Group::best());
-        let mut groups: Vec<Group> = starts
-            .chunks(size * bodies)
-            .map(|placed| {
-                let mut group = Group::new(world, placed.len() / bodies);
-                group.start(placed);
-                group
-            })
-            .collect();
+        let mut population = Population::new(world, settings, starts);
         let mut poses = starts.to_vec();
         let mut velocities = vec![Velocity::default(); starts.len()];
         for step in 0..settings.steps {
-            groups
-                .par_iter_mut()
-                .zip(poses.par_chunks_mut(size * bodies))
-                .zip(velocities.par_chunks_mut(size * bodies))
-                .for_each(|((group, poses), velocities)| {
-                    group.step(world, settings, &narrow);
-                    let rows = poses.chunks_exact_mut(bodies).zip(velocities.chunks_exact_mut(bodies));
-                    for (candidate, (poses, velocities)) in group.candidates().iter().zip(rows) {
-                        poses.copy_from_slice(&candidate.poses);
-                        velocities.copy_from_slice(&candidate.velocities);
-                    }
-                });
+            population.step();
+            let rows = poses.chunks_exact_mut(bodies).zip(velocities.chunks_exact_mut(bodies));
+            for ((poses, velocities), (_, candidate)) in rows.zip(population.running()) {
+                poses.copy_from_slice(&candidate.poses);
+                velocities.copy_from_slice(&candidate.velocities);
+            }
             if on_step(step, &poses, &velocities) == Flow::Stop {
                 break;
             }
         }
-        Ok(groups.iter().flat_map(Group::candidates).map(|candidate| candidate.status).collect())
+        Ok(population.statuses())
+    }
+
+    fn simulate_each(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[Pose],
+        on_candidate: &mut OnCandidate<'_>,
+    ) -> Result<Vec<Status>, BackendError> {
+        let mut population = Population::new(world, settings, starts);
+        for _ in 0..settings.steps {
+            population.step();
+            population.retain(|number, candidate| {
+                on_candidate(number, &candidate.poses, &candidate.velocities) == Flow::Continue
+            });
+            if population.running().next().is_none() {
+                break;
+            }
+        }
+        Ok(population.statuses())
     }
 
     fn rollouts(&self, world: &World, settings: &SimSettings, starts: &[Pose]) -> Result<Rollouts, BackendError> {

@@ -39,31 +39,57 @@ pub(super) fn settle(
         ..simulation.clone()
     };
     let bodies = world.bodies.len();
-    let quiet_steps = steps(REST_SECONDS, damped.dt);
-    let slow = |v: &Velocity| v.linear.length().max(v.angular.length()) <= settings.rest_speed;
     let mut all = Settled { usable: Vec::new(), poses: starts.to_vec(), seconds: 0.0, at_rest: true };
     in_portions(backend, world, starts, &mut |portion| {
         let (starts, poses) = (&starts[portion.clone()], &mut all.poses[portion]);
         poses.copy_from_slice(starts);
-        let mut quiet = vec![0; starts.len() / bodies];
-        let mut taken = 0;
-        let statuses = backend.simulate(world, &damped, starts, &mut |_, now, velocities| {
-            taken += 1;
-            let candidates = poses.chunks_exact_mut(bodies).zip(now.chunks_exact(bodies));
-            for (((poses, now), velocities), quiet) in candidates.zip(velocities.chunks_exact(bodies)).zip(&mut quiet) {
-                if *quiet < quiet_steps {
-                    poses.copy_from_slice(now);
-                    *quiet = if velocities.iter().all(slow) { *quiet + 1 } else { 0 };
-                }
-            }
-            if quiet.iter().all(|quiet| *quiet >= quiet_steps) { Flow::Stop } else { Flow::Continue }
+        let mut rest = Rest::new(starts.len() / bodies, damped.dt, settings.rest_speed);
+        let statuses = backend.simulate_each(world, &damped, starts, &mut |candidate, now, velocities| {
+            poses[candidate * bodies..(candidate + 1) * bodies].copy_from_slice(now);
+            rest.watch(candidate, velocities)
         })?;
         all.usable.extend(usable(&statuses, poses));
-        all.seconds = all.seconds.max(f64::from(taken) * f64::from(damped.dt));
-        all.at_rest &= quiet.iter().all(|quiet| *quiet >= quiet_steps);
+        all.seconds = all.seconds.max(f64::from(rest.steps()) * f64::from(damped.dt));
+        all.at_rest &= rest.all();
         Ok(())
     })?;
     Ok(all)
+}
+
+/// Tells which candidates have come to rest: all bodies slow for half a second.
+pub(super) struct Rest {
+    /// m/s and rad/s.
+    speed: f32,
+    /// Steps that it takes.
+    enough: u32,
+    /// Steps of each candidate since something in it was faster, and since its start.
+    quiet: Vec<u32>,
+    taken: Vec<u32>,
+}
+
+impl Rest {
+    pub fn new(candidates: usize, dt: f32, speed: f32) -> Self {
+        Self { speed, enough: steps(REST_SECONDS, dt), quiet: vec![0; candidates], taken: vec![0; candidates] }
+    }
+
+    /// Takes note of a candidate's next step; `Flow::Stop` once it is at rest.
+    pub fn watch(&mut self, candidate: usize, velocities: &[Velocity]) -> Flow {
+        let slow = |v: &Velocity| v.linear.length().max(v.angular.length()) <= self.speed;
+        let quiet = &mut self.quiet[candidate];
+        *quiet = if velocities.iter().all(slow) { *quiet + 1 } else { 0 };
+        self.taken[candidate] += 1;
+        if *quiet < self.enough { Flow::Continue } else { Flow::Stop }
+    }
+
+    /// Most steps that a candidate has taken.
+    fn steps(&self) -> u32 {
+        self.taken.iter().copied().max().unwrap_or(0)
+    }
+
+    /// True if all candidates are at rest.
+    fn all(&self) -> bool {
+        self.quiet.iter().all(|quiet| *quiet >= self.enough)
+    }
 }
 
 /// Calls `simulate` with the ranges of poses of as many candidates at a time as the backend says that it simulates, and of

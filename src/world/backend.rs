@@ -23,6 +23,9 @@ pub enum BackendError {
 /// Sees the step's number and all candidates' poses and velocities after it, candidate-major.
 pub type OnStep<'a> = dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow + 'a;
 
+/// Sees a candidate's number, and its poses and velocities after a step.
+pub type OnCandidate<'a> = dyn FnMut(usize, &[Pose], &[Velocity]) -> Flow + 'a;
+
 /// Simulates many copies of one small world.
 pub trait Backend: Send + Sync {
     /// One line for the report: name and processor.
@@ -42,6 +45,26 @@ pub trait Backend: Send + Sync {
         starts: &[Pose],
         on_step: &mut OnStep<'_>,
     ) -> Result<Vec<Status>, BackendError>;
+
+    /// The same, but `on_candidate` is asked after every step of each candidate by itself, until it has enough of that one. What a
+    /// backend can leave out then costs nothing more.
+    fn simulate_each(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[Pose],
+        on_candidate: &mut OnCandidate<'_>,
+    ) -> Result<Vec<Status>, BackendError> {
+        let bodies = world.bodies.len().max(1);
+        let mut going: Vec<usize> = (0..starts.len() / bodies).collect();
+        self.simulate(world, settings, starts, &mut |_, poses, velocities| {
+            going.retain(|&candidate| {
+                let own = candidate * bodies..(candidate + 1) * bodies;
+                on_candidate(candidate, &poses[own.clone()], &velocities[own]) == Flow::Continue
+            });
+            if going.is_empty() { Flow::Stop } else { Flow::Continue }
+        })
+    }
 
     /// What a search with so many candidates holds, told to the user before it starts.
     fn memory(&self, world: &World, candidates: u32) -> MemoryPlan {

@@ -14,7 +14,7 @@ mod settings;
 mod status;
 
 pub use backend::{
-    Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, MemoryPlan, OnStep, Search,
+    Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, MemoryPlan, OnCandidate, OnStep, Search,
     SearchSettings, Stream, Winner,
 };
 pub use body::{Body, BodyDef, Capacities, STATIC, Unit, World};
