@@ -55,7 +55,7 @@ impl Run<'_> {
             observer.event(Event::Verifying);
             let world = global.world(&self.rigs, &self.leant_on, &layout, &self.seated);
             let (simulation, starts) = (self.config.fine(), global.starts(&self.rigs, &self.leant_on, &layout));
-            let checked = verify(self.backend, &world, &simulation, &self.config.verify, None, &starts)?;
+            let checked = verify(self.backend, &world, &simulation, &self.config.verify, &starts)?;
             verified = checked.usable[0].then_some(checked);
             otherwise = opinions.second(&layout)?;
             timings.verify = clock.elapsed().as_secs_f64();

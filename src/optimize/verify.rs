@@ -1,8 +1,7 @@
-//! Letting go: one more simulation with the settings of a candidate, and what moved in it. The last one is the check of the
-//! result.
+//! The check of the result: one more simulation with the settings of a candidate, and what moved in it.
 
 use super::config::VerifySettings;
-use super::settle::{Rest, in_portions, steps, usable};
+use super::settle::{in_portions, steps, usable};
 use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, World, angle_between};
 
 /// What one body did during the check.
@@ -41,34 +40,28 @@ pub(super) struct Verified {
     pub poses: Vec<Pose>,
 }
 
-/// Simulates from `starts`, candidate-major, each candidate to the end or, given a speed of rest (m/s and rad/s), until it is
-/// at rest: what is so slow for half a second stays where it is.
+/// Simulates from `starts`, candidate-major.
 pub(super) fn verify(
     backend: &dyn Backend,
     world: &World,
     simulation: &SimSettings,
     settings: &VerifySettings,
-    rest_speed: Option<f32>,
     starts: &[Pose],
 ) -> Result<Verified, BackendError> {
     let simulation = SimSettings { steps: steps(settings.seconds, simulation.dt), ..simulation.clone() };
-    let bodies = world.bodies.len().max(1);
     let mut motions = vec![Motion::default(); starts.len()];
     let mut poses = starts.to_vec();
     let mut statuses = Vec::new();
     in_portions(backend, world, starts, &mut |portion| {
         let (poses, motions) = (&mut poses[portion.clone()], &mut motions[portion.clone()]);
         motions.fill(Motion::default());
-        let mut rest = rest_speed.map(|speed| Rest::new(poses.len() / bodies, simulation.dt, speed));
-        let starts = &starts[portion];
-        statuses.extend(backend.simulate_each(world, &simulation, starts, &mut |candidate, now, velocities| {
-            let own = candidate * bodies..(candidate + 1) * bodies;
-            poses[own.clone()].copy_from_slice(now);
-            for (motion, velocity) in motions[own].iter_mut().zip(velocities) {
+        statuses.extend(backend.simulate(world, &simulation, &starts[portion], &mut |_, now, velocities| {
+            poses.copy_from_slice(now);
+            for (motion, velocity) in motions.iter_mut().zip(velocities) {
                 motion.peak_speed = motion.peak_speed.max(velocity.linear.length().into());
                 motion.peak_spin = motion.peak_spin.max(velocity.angular.length().into());
             }
-            rest.as_mut().map_or(Flow::Continue, |rest| rest.watch(candidate, velocities))
+            Flow::Continue
         })?);
         Ok(())
     })?;

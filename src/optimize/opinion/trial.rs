@@ -1,0 +1,218 @@
+//! What a layout at rest costs: it is let go in all runs.
+
+use super::{
+    Layout, Opinions,
+    runs::{FIRST, Model},
+};
+use crate::optimize::{
+    finish::{FALLEN, angle},
+    run::Run,
+    settle::settle,
+    support,
+    verify::verify,
+};
+use crate::scene;
+use crate::world::{BackendError, Pose};
+
+/// What an object costs that has lost its support, that has fallen over, and that has come to another level: rad, or so many
+/// times 17 cm.
+const LOST: f64 = 10.0;
+const FELL: f64 = 5.0;
+const ON_ANOTHER_LEVEL: f64 = 8.0;
+
+/// What is so much higher or lower than it was set onto its support is on another level, m: what other parts push off the
+/// board of a shelf finds rest on the next one.
+const LEVELS_APART: f64 = 0.1;
+
+/// What moves by more than this share of what the check allows counts as moving: other engines differ by as much.
+const CALM: f64 = 0.5;
+
+/// What is deeper than this in another at rest is jammed, m: parts of meshes that only touch overlap by less. And its cost.
+const JAMMED: f32 = 2e-3;
+const JAMS: f64 = 3.0;
+
+/// An object turned by more than this from how it was set onto its support leans on something, or has fallen, rad (15°).
+const LEANING: f64 = 0.26;
+
+/// In a race these lead: the cheapest trials, and for each object that fails those in which it costs least.
+const LEADERS: usize = 8;
+const LEADERS_OF_ONE: usize = 2;
+
+/// A layout at rest, and what the runs make of it.
+pub(super) struct Trial {
+    pub layout: Layout,
+    /// Objects that move in any run, or are jammed.
+    pub moving: Vec<usize>,
+    /// Those, and what leans, has fallen over or has lost its support.
+    pub failing: Vec<usize>,
+    /// Those that have lost their support.
+    pub lost: Vec<usize>,
+    /// Those; if there are none, those that lean or have fallen.
+    pub astray: Vec<usize>,
+    /// How far the objects are from the reconstruction and how much farther they go when let go, on average over the runs, as
+    /// the layout term weighs it; and what it costs that they lost their supports, fell or moved.
+    pub cost: f64,
+    /// What each object contributes to it.
+    pub costs: Vec<f64>,
+    /// What came of each object in the runs.
+    pub released: Vec<Release>,
+}
+
+/// What comes of an object that is let go.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Release {
+    /// What it costs that it moves, in all runs.
+    moves: f64,
+    /// How much farther it goes, on average over the runs.
+    farther: f64,
+}
+
+impl Opinions<'_> {
+    /// Lets layouts at rest go in all runs.
+    pub(super) fn judge(&self, layouts: Vec<Layout>) -> Result<Vec<Trial>, BackendError> {
+        let released = vec![vec![Release::default(); self.run.seated.len()]; layouts.len()];
+        self.let_go(&self.models, layouts, released)
+    }
+
+    /// The same for copies of `best`, but what can be neither the cheapest nor have the cheapest of what fails does not end its
+    /// runs and does not come back: a run more makes nothing cheaper.
+    pub(super) fn race(&self, layouts: Vec<Layout>, best: &Trial) -> Result<Vec<Trial>, BackendError> {
+        let (first, others) = self.models.split_at(FIRST);
+        let released = vec![vec![Release::default(); self.run.seated.len()]; layouts.len()];
+        let finish = |trials: Vec<Trial>| {
+            let (layouts, released) = trials.into_iter().map(|trial| (trial.layout, trial.released)).unzip();
+            self.let_go(others, layouts, released)
+        };
+        let begun = self.let_go(first, layouts, released)?;
+        let ahead = in_the_lead(&begun, &best.failing);
+        let (leaders, others): (Vec<_>, Vec<_>) = begun.into_iter().zip(ahead).partition(|(_, ahead)| *ahead);
+        let mut done = finish(leaders.into_iter().map(|(trial, _)| trial).collect())?;
+        let open: Vec<Trial> = (others.into_iter().map(|(trial, _)| trial))
+            .filter(|trial| !is_beaten(trial, done.iter().chain([best]), &best.failing))
+            .collect();
+        done.extend(finish(open)?);
+        Ok(done)
+    }
+
+    pub(super) fn starts(&self, model: &Model, layout: &Layout) -> Vec<Pose> {
+        self.group.starts(&model.rigs, model.walls, layout)
+    }
+
+    /// Where the layouts come to rest; what cannot be simulated stays.
+    pub(super) fn settled(&self, model: &Model, layouts: &[Layout]) -> Result<Vec<Layout>, BackendError> {
+        let Model { rigs, world, simulation, .. } = model;
+        let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
+        let settled = settle(self.run.backend, world, simulation, &self.run.config.settle, &starts)?;
+        let bodies = world.bodies.len();
+        let mut layouts = layouts.to_vec();
+        for (candidate, layout) in layouts.iter_mut().enumerate().filter(|(candidate, _)| settled.usable[*candidate]) {
+            let own = candidate * bodies..(candidate + 1) * bodies;
+            self.group.adopt(rigs, &starts[own.clone()], &settled.poses[own], layout);
+        }
+        Ok(layouts)
+    }
+
+    /// Lets layouts at rest go in these runs, too, after those of which `released` came.
+    fn let_go(
+        &self,
+        models: &[Model],
+        layouts: Vec<Layout>,
+        mut released: Vec<Vec<Release>>,
+    ) -> Result<Vec<Trial>, BackendError> {
+        let Run { backend, config, .. } = self.run;
+        for model @ Model { world, simulation, price, .. } in models {
+            let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
+            let checked = verify(*backend, world, simulation, &config.verify, &starts)?;
+            let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
+            for ((motions, usable), released) in motions.zip(&mut released) {
+                for (body, object) in self.group.moving() {
+                    let motion = &motions[body];
+                    let stays = *usable && motion.is_within(CALM, &config.verify);
+                    released[object].moves += if stays { 0.0 } else { *price };
+                    released[object].farther += self.weighed(motion.drift, motion.turn) / self.models.len() as f64;
+                }
+            }
+        }
+        layouts.into_iter().zip(released).map(|(layout, released)| self.trial(layout, released)).collect()
+    }
+
+    fn trial(&self, layout: Layout, released: Vec<Release>) -> Result<Trial, BackendError> {
+        let movable = || self.group.moving().map(|(_, object)| object);
+        let mut moves: Vec<f64> = released.iter().map(|released| released.moves).collect();
+        let model @ Model { world, simulation, .. } = &self.models[0];
+        let depths = self.run.backend.overlaps(world, simulation, &self.starts(model, &layout))?;
+        for (pair, _) in world.pairs.iter().zip(&depths).filter(|(_, depth)| **depth > JAMMED) {
+            let jammed = self.group.moving().filter(|(body, _)| pair.contains(&(*body as u32)));
+            jammed.for_each(|(_, object)| moves[object] += JAMS);
+        }
+        let turned = |object: usize| angle(&layout[object], &self.run.seated[object]);
+        let unsupported = self.unsupported(&layout);
+        let lost: Vec<usize> = movable().filter(|&object| unsupported[object]).collect();
+        // First things first: a round that sets what is lost back leaves alone what only leans.
+        let astray: Vec<usize> = match lost.is_empty() {
+            true => movable().filter(|&object| turned(object) > LEANING).collect(),
+            false => lost.clone(),
+        };
+        let moving: Vec<usize> = movable().filter(|&object| moves[object] > 0.0).collect();
+        let failing = movable().filter(|&object| moves[object] > 0.0 || astray.contains(&object)).collect();
+        let price = |object: usize| {
+            self.distance(object, &layout[object])
+                + released[object].farther
+                + if unsupported[object] { LOST } else { 0.0 }
+                + self.misplaced(object, &layout[object])
+                + moves[object]
+        };
+        let mut costs = vec![0.0; layout.len()];
+        movable().for_each(|object| costs[object] = price(object));
+        Ok(Trial { moving, failing, lost, astray, cost: costs.iter().sum(), costs, released, layout })
+    }
+
+    /// True for what has lost its support.
+    fn unsupported(&self, layout: &Layout) -> Vec<bool> {
+        let Run { scene, rigs, .. } = self.run;
+        let bodies: Vec<Pose> = rigs.iter().zip(layout).map(|(rig, pose)| rig.body(pose)).collect();
+        support::lost(scene, rigs, &bodies)
+    }
+
+    /// What it costs that an object has fallen over or come to another level.
+    fn misplaced(&self, object: usize, pose: &scene::Pose) -> f64 {
+        let height = |pose: &scene::Pose| self.run.rigs[object].center_of(pose).y;
+        let climbed = height(pose) - height(&self.run.seated[object]);
+        match angle(pose, &self.run.input[object]) > FALLEN {
+            true => FELL,
+            false if climbed.abs() > LEVELS_APART => ON_ANOTHER_LEVEL,
+            false => 0.0,
+        }
+    }
+
+    /// How far an object is from its reconstruction, as the layout term weighs it.
+    fn distance(&self, object: usize, pose: &scene::Pose) -> f64 {
+        let (rig, seated) = (&self.run.rigs[object], &self.run.seated[object]);
+        let way = rig.center_of(pose).distance(rig.center_of(seated));
+        self.weighed(way, pose.rotation.angle_between(seated.rotation))
+    }
+
+    /// A way (m) and an angle (rad) in one number.
+    fn weighed(&self, way: f64, angle: f64) -> f64 {
+        f64::from(self.run.config.energy.position) * way + angle
+    }
+}
+
+/// Which trials are among the cheapest as a whole, or for one of the objects that fail.
+fn in_the_lead(trials: &[Trial], failing: &[usize]) -> Vec<bool> {
+    let mut ahead = vec![false; trials.len()];
+    let mut lead = |count: usize, cost: &dyn Fn(&Trial) -> f64| {
+        let mut order: Vec<usize> = (0..trials.len()).collect();
+        order.sort_by(|&a, &b| cost(&trials[a]).total_cmp(&cost(&trials[b])));
+        order.iter().take(count).for_each(|&trial| ahead[trial] = true);
+    };
+    lead(LEADERS, &|trial| trial.cost);
+    failing.iter().for_each(|&object| lead(LEADERS_OF_ONE, &|trial| trial.costs[object]));
+    ahead
+}
+
+/// True for a trial that costs more than another one, and whose every failing object costs more than in another one.
+fn is_beaten<'t>(trial: &Trial, others: impl Iterator<Item = &'t Trial> + Clone, failing: &[usize]) -> bool {
+    let beaten = |cost: &dyn Fn(&Trial) -> f64| others.clone().any(|other| cost(other) < cost(trial));
+    beaten(&|trial| trial.cost) && failing.iter().all(|&object| beaten(&|trial| trial.costs[object]))
+}
