@@ -66,7 +66,7 @@ impl<'a> Opinions<'a> {
                 break;
             }
             let copies = self.copies(&best, round)?;
-            let mut trials = self.race(self.settled(&self.settling, &copies)?, &best)?;
+            let mut trials = self.judge_copies(self.settled(&self.settling, &copies)?, &best)?;
             // What stands here and there in different trials may stand together; what does not may still stand one at a time.
             let one_by_one = best.failing.chunks(1).map(|object| mixed(&best, &trials, object));
             let mixtures: Vec<Layout> = one_by_one.chain([mixed(&best, &trials, &best.failing)]).collect();

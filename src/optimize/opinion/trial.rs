@@ -75,23 +75,14 @@ impl Opinions<'_> {
     }
 
     /// The same for copies of `best`, but what can be neither the cheapest nor have the cheapest of what fails does not end its
-    /// runs and does not come back: a run more makes nothing cheaper.
-    pub(super) fn race(&self, layouts: Vec<Layout>, best: &Trial) -> Result<Vec<Trial>, BackendError> {
+    /// runs and does not come back.
+    pub(super) fn judge_copies(&self, layouts: Vec<Layout>, best: &Trial) -> Result<Vec<Trial>, BackendError> {
         let (first, others) = self.models.split_at(FIRST);
         let released = vec![vec![Release::default(); self.run.seated.len()]; layouts.len()];
-        let finish = |trials: Vec<Trial>| {
+        race(self.let_go(first, layouts, released)?, best, |trials| {
             let (layouts, released) = trials.into_iter().map(|trial| (trial.layout, trial.released)).unzip();
             self.let_go(others, layouts, released)
-        };
-        let begun = self.let_go(first, layouts, released)?;
-        let ahead = in_the_lead(&begun, &best.failing);
-        let (leaders, others): (Vec<_>, Vec<_>) = begun.into_iter().zip(ahead).partition(|(_, ahead)| *ahead);
-        let mut done = finish(leaders.into_iter().map(|(trial, _)| trial).collect())?;
-        let open: Vec<Trial> = (others.into_iter().map(|(trial, _)| trial))
-            .filter(|trial| !is_beaten(trial, done.iter().chain([best]), &best.failing))
-            .collect();
-        done.extend(finish(open)?);
-        Ok(done)
+        })
     }
 
     pub(super) fn starts(&self, model: &Model, layout: &Layout) -> Vec<Pose> {
@@ -198,6 +189,22 @@ impl Opinions<'_> {
     }
 }
 
+/// Ends what is begun where it may matter: first what leads, then what that and `best` do not beat already. `finish` makes no
+/// trial cheaper, so what is beaten stays beaten.
+fn race<E>(
+    begun: Vec<Trial>,
+    best: &Trial,
+    mut finish: impl FnMut(Vec<Trial>) -> Result<Vec<Trial>, E>,
+) -> Result<Vec<Trial>, E> {
+    let ahead = in_the_lead(&begun, &best.failing);
+    let (leaders, others): (Vec<_>, Vec<_>) = begun.into_iter().zip(ahead).partition(|(_, ahead)| *ahead);
+    let mut done = finish(leaders.into_iter().map(|(trial, _)| trial).collect())?;
+    let others = others.into_iter().map(|(trial, _)| trial);
+    let open = others.filter(|trial| !is_beaten(trial, done.iter().chain([best]), &best.failing)).collect();
+    done.extend(finish(open)?);
+    Ok(done)
+}
+
 /// Which trials are among the cheapest as a whole, or for one of the objects that fail.
 fn in_the_lead(trials: &[Trial], failing: &[usize]) -> Vec<bool> {
     let mut ahead = vec![false; trials.len()];
@@ -215,4 +222,68 @@ fn in_the_lead(trials: &[Trial], failing: &[usize]) -> Vec<bool> {
 fn is_beaten<'t>(trial: &Trial, others: impl Iterator<Item = &'t Trial> + Clone, failing: &[usize]) -> bool {
     let beaten = |cost: &dyn Fn(&Trial) -> f64| others.clone().any(|other| cost(other) < cost(trial));
     beaten(&|trial| trial.cost) && failing.iter().all(|&object| beaten(&|trial| trial.costs[object]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::convert::Infallible;
+
+    fn trial(costs: Vec<f64>) -> Trial {
+        Trial {
+            layout: Vec::new(),
+            moving: Vec::new(),
+            failing: (0..costs.len()).collect(),
+            lost: Vec::new(),
+            astray: Vec::new(),
+            cost: costs.iter().sum(),
+            costs,
+            released: Vec::new(),
+        }
+    }
+
+    /// The least total, and the least cost of each object.
+    fn least(trials: &[Trial], best: &Trial) -> Vec<f64> {
+        let all = || trials.iter().chain([best]);
+        let least = |cost: &dyn Fn(&Trial) -> f64| all().map(cost).fold(f64::INFINITY, f64::min);
+        let each = (0..best.costs.len()).map(|object| least(&|trial| trial.costs[object]));
+        each.chain([least(&|trial| trial.cost)]).collect()
+    }
+
+    proptest! {
+        /// Costs of trials after the first runs, and what the others add: a multiple of a quarter, so that some are equal.
+        #[test]
+        fn a_race_finds_what_all_would_and_ends_no_more_than_all(
+            costs in prop::collection::vec(prop::collection::vec((0_u8..20, 0_u8..20), 3), 1..64),
+            best in prop::collection::vec(0_u8..40, 3),
+        ) {
+            let quarters = |n: u8| 0.25 * f64::from(n);
+            let best = trial(best.into_iter().map(quarters).collect());
+            let begun = costs.iter().map(|costs| trial(costs.iter().map(|(first, _)| quarters(*first)).collect()));
+            let begun: Vec<Trial> = begun.enumerate().map(|(i, t)| Trial { moving: vec![i], ..t }).collect();
+            let end = |begun: &Trial| {
+                let more = costs[begun.moving[0]].iter().map(|(_, more)| quarters(*more));
+                trial(begun.costs.iter().zip(more).map(|(first, more)| first + more).collect())
+            };
+            let all: Vec<Trial> = begun.iter().map(end).collect();
+            let raced = race(begun, &best, |trials| Ok::<_, Infallible>(trials.iter().map(end).collect()));
+            let raced = raced.unwrap_or_default();
+            prop_assert_eq!(least(&raced, &best), least(&all, &best));
+            prop_assert!(raced.len() <= all.len());
+        }
+    }
+
+    #[test]
+    fn what_is_beaten_does_not_end_its_runs() {
+        // One good for each of two objects, and many that are worse in everything.
+        let best = trial(vec![9.0, 9.0]);
+        let begun: Vec<Trial> = (0..40).map(|i| trial(vec![f64::from(i), f64::from(i)])).collect();
+        let mut ended = Vec::new();
+        let raced = race(begun, &best, |trials| {
+            ended.push(trials.len());
+            Ok::<_, Infallible>(trials)
+        });
+        assert_eq!((raced.unwrap_or_default().len(), ended), (LEADERS, vec![LEADERS, 0]));
+    }
 }
