@@ -14,8 +14,8 @@ pub(super) fn at_once(candidates: usize, most: usize) -> usize {
     candidates.div_ceil(rayon::current_num_threads()).clamp(1, most)
 }
 
-/// What a thread needs to advance candidates, at most as many at once as the solver takes. What becomes of one does not depend on
-/// the others.
+/// What a thread needs to advance candidates, at most as many at once as the solver takes. What becomes of one does not
+/// depend on the others.
 pub(super) struct Stepper {
     scratch: Scratch,
     solver: Solver,

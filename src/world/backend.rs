@@ -46,8 +46,8 @@ pub trait Backend: Send + Sync {
         on_step: &mut OnStep<'_>,
     ) -> Result<Vec<Status>, BackendError>;
 
-    /// The same, but `on_candidate` is asked after every step of each candidate by itself, until it has enough of that one. What a
-    /// backend can leave out then costs nothing more.
+    /// The same, but `on_candidate` is asked after every step of each candidate by itself, until it has enough of that
+    /// one. What a backend can leave out then costs nothing more.
     fn simulate_each(
         &self,
         world: &World,

@@ -74,8 +74,8 @@ impl Opinions<'_> {
         self.let_go(&self.models, layouts, released)
     }
 
-    /// The same for copies of `best`, but what can be neither the cheapest nor have the cheapest of what fails does not end its
-    /// runs and does not come back.
+    /// The same for copies of `best`, but what can be neither the cheapest nor have the cheapest of what fails does not end
+    /// its runs and does not come back.
     pub(super) fn judge_copies(&self, layouts: Vec<Layout>, best: &Trial) -> Result<Vec<Trial>, BackendError> {
         let (first, others) = self.models.split_at(FIRST);
         let released = vec![vec![Release::default(); self.run.seated.len()]; layouts.len()];
