@@ -43,6 +43,18 @@ impl Group {
         }
     }
 
+    /// The same objects in the same order, of which those move, each by itself, for which `moves` is true.
+    pub fn with_moving(&self, moves: &[bool]) -> Self {
+        let mut group = Self::new(&self.name, self.held);
+        for &object in &self.objects {
+            match moves[object] {
+                true => group.add_unit([object]),
+                false => group.add(object, STATIC),
+            }
+        }
+        group
+    }
+
     /// Objects that the search adjusts.
     pub fn unit_roots(&self) -> impl Iterator<Item = usize> + '_ {
         self.roots.iter().map(|&body| self.objects[body as usize])
@@ -101,15 +113,11 @@ pub(super) fn plan(scene: &Scene, global_only: bool) -> Vec<Group> {
     let mut groups = if global_only { Vec::new() } else { local(scene) };
     let mut global = Group::new("global", None);
     for object in 0..scene.objects.len() {
-        let stands_still = match scene.objects[object].parent {
-            Parent::Root(_) => true,
-            Parent::Object(parent) => scene.is_static(parent),
-        };
         if scene.is_static(object) {
             global.add(object, STATIC);
         } else if global_only {
             global.add_unit([object]);
-        } else if stands_still {
+        } else if is_on_firm_ground(scene, object) {
             global.add_unit(moving_along(scene, object));
         }
     }
@@ -140,6 +148,14 @@ fn local(scene: &Scene) -> Vec<Group> {
         groups.push(group);
     }
     groups
+}
+
+/// True for what stands on the ground, or on something that never moves.
+pub(super) fn is_on_firm_ground(scene: &Scene, object: usize) -> bool {
+    match scene.objects[object].parent {
+        Parent::Root(_) => true,
+        Parent::Object(parent) => scene.is_static(parent),
+    }
 }
 
 /// A movable object and everything on it that moves along, itself first.

@@ -58,6 +58,14 @@ impl Placed {
         })
     }
 
+    /// True if the other is within `REACH` of this.
+    pub fn touches(&self, other: &Self) -> bool {
+        let near = |(a, box_a): &(ConvexPolyhedron, Aabb), (b, box_b): &(ConvexPolyhedron, Aabb)| {
+            box_a.intersects(box_b) && contact(&self.pose, a, &other.pose, b, REACH).is_ok_and(|touch| touch.is_some())
+        };
+        self.parts.iter().any(|own| other.parts.iter().any(|part| near(own, part)))
+    }
+
     /// True if this, moved by `shift`, reaches deeper than `depth` (m) into the other.
     pub fn overlaps(&self, shift: Vec3, other: &Self, depth: f32) -> bool {
         let pose = Isometry::from_parts(self.pose.translation + shift, self.pose.rotation);

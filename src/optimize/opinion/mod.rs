@@ -8,21 +8,26 @@
 //! shifted and turned at random, about where they are and about where they come to rest in one of the runs, or where there is
 //! room for them near the place at which they were set onto it. Each copy settles and is let go in the same way, and so are
 //! mixtures in which every object is as in the copy in which it costs least. What costs is what has lost its support, moves or
-//! has fallen over, and the way from the reconstruction. The cheapest goes on.
+//! has fallen over, and the way from the reconstruction. Copies and mixtures are looked at with what does not concern them
+//! held; the best of them are looked at as a whole, and the cheapest goes on.
 
 mod copies;
+mod focus;
 mod runs;
 mod trial;
 
 use super::{Event, Observer, groups::Group, projection, run::Run, verify::verify};
 use crate::scene;
 use crate::world::{BackendError, Flow};
-use runs::Model;
-use trial::Trial;
+use runs::{LEVEL_OTHERWISE, Model};
+use trial::{Release, Trial};
 
 /// Most rounds, and how many in a row that find nothing better are the last.
 const ROUNDS: u32 = 6;
 const PATIENCE: u32 = 2;
+
+/// So many of the cheapest copies and mixtures of a round are looked at as a whole.
+const FINALISTS: usize = 8;
 
 /// Less than this is no gain, rad or so many times 17 cm.
 const WORTH: f64 = 0.05;
@@ -34,24 +39,27 @@ type Layout = Vec<scene::Pose>;
 /// either on slopes.
 pub(super) struct Opinions<'a> {
     run: &'a Run<'a>,
-    group: &'a Group,
+    /// Which objects move.
+    group: Group,
     models: Vec<Model<'a>>,
     /// How copies settle: with the parts that the result names, and all walls.
     settling: Model<'a>,
+    /// What came of the objects that are held, in runs in which they were not.
+    known: Vec<Release>,
 }
 
 impl<'a> Opinions<'a> {
     /// For the objects of `group`, on slopes as they lie in `layout`.
     pub fn new(run: &'a Run<'a>, group: &'a Group, layout: &Layout) -> Self {
         let (models, settling) = (Model::runs(run, group, layout), Model::settling(run, group, layout));
-        Self { run, group, models, settling }
+        Self { run, group: group.clone(), models, settling, known: vec![Release::default(); layout.len()] }
     }
 
     /// Searches what does not stand in all runs once more. The layout stays as it is unless a better one is found.
     pub fn improve(&self, layout: &mut Layout, observer: &mut dyn Observer) -> Result<(), BackendError> {
         let mut best = self.judge(vec![layout.clone()])?.swap_remove(0);
         // Other engines' parts reach farther sideways. What then moves is searched like everything that does.
-        if let Some(spread) = projection::spread(self.run.scene, &self.run.rigs, layout, self.group) {
+        if let Some(spread) = projection::spread(self.run.scene, &self.run.rigs, layout, &self.group) {
             let roomy = self.judge(self.settled(&self.settling, &[spread])?)?.swap_remove(0);
             if roomy.lost.len() <= best.lost.len() {
                 best = roomy;
@@ -65,14 +73,11 @@ impl<'a> Opinions<'a> {
             {
                 break;
             }
-            let copies = self.copies(&best, round)?;
-            let mut trials = self.judge_copies(self.settled(&self.settling, &copies)?, &best)?;
-            // What stands here and there in different trials may stand together; what does not may still stand one at a time.
-            let one_by_one = best.failing.chunks(1).map(|object| mixed(&best, &trials, object));
-            let mixtures: Vec<Layout> = one_by_one.chain([mixed(&best, &trials, &best.failing)]).collect();
-            trials.extend(self.judge(self.settled(&self.settling, &mixtures)?)?);
-            let again = [mixed(&best, &trials, &best.failing)];
-            trials.extend(self.judge(self.settled(&self.settling, &again)?)?);
+            let mut trials = self.focused(&best).round(&best, round)?;
+            trials.retain(|trial| trial.cost + WORTH < best.cost);
+            trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let finalists: Vec<Layout> = trials.into_iter().take(FINALISTS).map(|trial| trial.layout).collect();
+            let trials = self.judge_copies(self.settled(&self.settling, &finalists)?, &best)?;
             idle += 1;
             if let Some(cheapest) = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
                 && cheapest.cost + WORTH < best.cost
@@ -84,11 +89,24 @@ impl<'a> Opinions<'a> {
         Ok(())
     }
 
+    /// Copies and mixtures of the best layout, judged.
+    fn round(&self, best: &Trial, round: u32) -> Result<Vec<Trial>, BackendError> {
+        let copies = self.copies(best, round)?;
+        let mut trials = self.judge_copies(self.settled(&self.settling, &copies)?, best)?;
+        // What stands here and there in different trials may stand together; what does not may still stand one at a time.
+        let one_by_one = best.failing.chunks(1).map(|object| mixed(best, &trials, object));
+        let mixtures: Vec<Layout> = one_by_one.chain([mixed(best, &trials, &best.failing)]).collect();
+        trials.extend(self.judge(self.settled(&self.settling, &mixtures)?)?);
+        let again = [mixed(best, &trials, &best.failing)];
+        trials.extend(self.judge(self.settled(&self.settling, &again)?)?);
+        Ok(trials)
+    }
+
     /// Whether each object of a layout stays where it is with both of its other decompositions.
     pub fn second(&self, layout: &Layout) -> Result<Vec<bool>, BackendError> {
         let settings = &self.run.config.verify;
         let mut stays = vec![true; layout.len()];
-        for model @ Model { world, simulation, .. } in self.models.iter().skip(1).take(2) {
+        for model @ Model { world, simulation, .. } in LEVEL_OTHERWISE.map(|run| &self.models[run]) {
             let checked = verify(self.run.backend, world, simulation, settings, &self.starts(model, layout))?;
             if checked.usable[0] {
                 self.group

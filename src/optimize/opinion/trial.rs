@@ -2,7 +2,7 @@
 
 use super::{
     Layout, Opinions,
-    runs::{FIRST, Model},
+    runs::{LAPS, Model},
 };
 use crate::optimize::{
     finish::{FALLEN, angle},
@@ -70,18 +70,20 @@ pub(super) struct Release {
 impl Opinions<'_> {
     /// Lets layouts at rest go in all runs.
     pub(super) fn judge(&self, layouts: Vec<Layout>) -> Result<Vec<Trial>, BackendError> {
-        let released = vec![vec![Release::default(); self.run.seated.len()]; layouts.len()];
+        let released = vec![self.known.clone(); layouts.len()];
         self.let_go(&self.models, layouts, released)
     }
 
     /// The same for copies of `best`, but what can be neither the cheapest nor have the cheapest of what fails does not end
     /// its runs and does not come back.
     pub(super) fn judge_copies(&self, layouts: Vec<Layout>, best: &Trial) -> Result<Vec<Trial>, BackendError> {
-        let (first, others) = self.models.split_at(FIRST);
-        let released = vec![vec![Release::default(); self.run.seated.len()]; layouts.len()];
-        race(self.let_go(first, layouts, released)?, best, |trials| {
+        let [second, third] = LAPS;
+        let released = vec![self.known.clone(); layouts.len()];
+        let begun = self.let_go(&self.models[..second], layouts, released)?;
+        let laps = [&self.models[second..third], &self.models[third..]];
+        race(begun, best, &laps, |lap, trials| {
             let (layouts, released) = trials.into_iter().map(|trial| (trial.layout, trial.released)).unzip();
-            self.let_go(others, layouts, released)
+            self.let_go(lap, layouts, released)
         })
     }
 
@@ -110,15 +112,14 @@ impl Opinions<'_> {
         layouts: Vec<Layout>,
         mut released: Vec<Vec<Release>>,
     ) -> Result<Vec<Trial>, BackendError> {
-        let Run { backend, config, .. } = self.run;
-        for model @ Model { world, simulation, price, .. } in models {
+        for model @ Model { world, simulation, check, price, .. } in models {
             let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-            let checked = verify(*backend, world, simulation, &config.verify, &starts)?;
+            let checked = verify(self.run.backend, world, simulation, check, &starts)?;
             let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
             for ((motions, usable), released) in motions.zip(&mut released) {
                 for (body, object) in self.group.moving() {
                     let motion = &motions[body];
-                    let stays = *usable && motion.is_within(CALM, &config.verify);
+                    let stays = *usable && motion.is_within(CALM, check);
                     released[object].moves += if stays { 0.0 } else { *price };
                     released[object].farther += self.weighed(motion.drift, motion.turn) / self.models.len() as f64;
                 }
@@ -128,7 +129,7 @@ impl Opinions<'_> {
     }
 
     fn trial(&self, layout: Layout, released: Vec<Release>) -> Result<Trial, BackendError> {
-        let movable = || self.group.moving().map(|(_, object)| object);
+        let movable = || (0..layout.len()).filter(|&object| !self.run.scene.is_static(object));
         let mut moves: Vec<f64> = released.iter().map(|released| released.moves).collect();
         let model @ Model { world, simulation, .. } = &self.models[0];
         let depths = self.run.backend.overlaps(world, simulation, &self.starts(model, &layout))?;
@@ -189,20 +190,23 @@ impl Opinions<'_> {
     }
 }
 
-/// Ends what is begun where it may matter: first what leads, then what that and `best` do not beat already. `finish` makes no
-/// trial cheaper, so what is beaten stays beaten.
-fn race<E>(
+/// Ends what is begun where it may matter: first what leads, then, lap by lap, what that and `best` do not beat already. No
+/// lap makes a trial cheaper, so what is beaten stays beaten.
+fn race<L, E>(
     begun: Vec<Trial>,
     best: &Trial,
-    mut finish: impl FnMut(Vec<Trial>) -> Result<Vec<Trial>, E>,
+    laps: &[L],
+    mut run: impl FnMut(&L, Vec<Trial>) -> Result<Vec<Trial>, E>,
 ) -> Result<Vec<Trial>, E> {
     let ahead = in_the_lead(&begun, &best.failing);
     let (leaders, others): (Vec<_>, Vec<_>) = begun.into_iter().zip(ahead).partition(|(_, ahead)| *ahead);
-    let mut done = finish(leaders.into_iter().map(|(trial, _)| trial).collect())?;
-    let others = others.into_iter().map(|(trial, _)| trial);
-    let open = others.filter(|trial| !is_beaten(trial, done.iter().chain([best]), &best.failing)).collect();
-    done.extend(finish(open)?);
-    Ok(done)
+    let [leaders, mut others] = [leaders, others].map(|trials| trials.into_iter().map(|(trial, _)| trial).collect());
+    let done = laps.iter().try_fold(leaders, |trials, lap| run(lap, trials))?;
+    for lap in laps {
+        others.retain(|trial| !is_beaten(trial, done.iter().chain([best]), &best.failing));
+        others = run(lap, others)?;
+    }
+    Ok(done.into_iter().chain(others).collect())
 }
 
 /// Which trials are among the cheapest as a whole, or for one of the objects that fail.
@@ -255,35 +259,36 @@ mod tests {
         /// Costs of trials after the first runs, and what the others add: a multiple of a quarter, so that some are equal.
         #[test]
         fn a_race_finds_what_all_would_and_ends_no_more_than_all(
-            costs in prop::collection::vec(prop::collection::vec((0_u8..20, 0_u8..20), 3), 1..64),
+            costs in prop::collection::vec(prop::collection::vec([0_u8..20, 0_u8..12, 0_u8..12], 3), 1..64),
             best in prop::collection::vec(0_u8..40, 3),
         ) {
             let quarters = |n: u8| 0.25 * f64::from(n);
             let best = trial(best.into_iter().map(quarters).collect());
-            let begun = costs.iter().map(|costs| trial(costs.iter().map(|(first, _)| quarters(*first)).collect()));
+            let begun = costs.iter().map(|costs| trial(costs.iter().map(|[first, ..]| quarters(*first)).collect()));
             let begun: Vec<Trial> = begun.enumerate().map(|(i, t)| Trial { moving: vec![i], ..t }).collect();
-            let end = |begun: &Trial| {
-                let more = costs[begun.moving[0]].iter().map(|(_, more)| quarters(*more));
-                trial(begun.costs.iter().zip(more).map(|(first, more)| first + more).collect())
+            let run = |lap: usize, begun: &Trial| {
+                let more = costs[begun.moving[0]].iter().map(|costs| quarters(costs[lap]));
+                let costs = begun.costs.iter().zip(more).map(|(before, more)| before + more).collect();
+                Trial { moving: begun.moving.clone(), ..trial(costs) }
             };
-            let all: Vec<Trial> = begun.iter().map(end).collect();
-            let raced = race(begun, &best, |trials| Ok::<_, Infallible>(trials.iter().map(end).collect()));
-            let raced = raced.unwrap_or_default();
+            let all: Vec<Trial> = begun.iter().map(|trial| run(2, &run(1, trial))).collect();
+            let lap = |lap: &usize, trials: Vec<Trial>| Ok::<_, Infallible>(trials.iter().map(|trial| run(*lap, trial)).collect());
+            let raced = race(begun, &best, &[1, 2], lap).unwrap_or_default();
             prop_assert_eq!(least(&raced, &best), least(&all, &best));
             prop_assert!(raced.len() <= all.len());
         }
     }
 
     #[test]
-    fn what_is_beaten_does_not_end_its_runs() {
+    fn what_is_beaten_does_not_go_on() {
         // One good for each of two objects, and many that are worse in everything.
         let best = trial(vec![9.0, 9.0]);
         let begun: Vec<Trial> = (0..40).map(|i| trial(vec![f64::from(i), f64::from(i)])).collect();
-        let mut ended = Vec::new();
-        let raced = race(begun, &best, |trials| {
-            ended.push(trials.len());
+        let mut run = Vec::new();
+        let raced = race(begun, &best, &[(), ()], |(), trials| {
+            run.push(trials.len());
             Ok::<_, Infallible>(trials)
         });
-        assert_eq!((raced.unwrap_or_default().len(), ended), (LEADERS, vec![LEADERS, 0]));
+        assert_eq!((raced.unwrap_or_default().len(), run), (LEADERS, vec![LEADERS, LEADERS, 0, 0]));
     }
 }
