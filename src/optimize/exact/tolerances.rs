@@ -43,9 +43,9 @@ pub(super) const ROUNDS: usize = 8;
 /// How far down one looks for what an object rests on, m.
 pub(super) const DROP: f64 = 0.05;
 
-/// Most pairs of triangles that are looked at, once for parting and once for the report: seconds. Then things are left as
+/// Most pairs of triangles that are looked at, once for parting and once for the report: some ten seconds. Then things are left as
 /// they are, and the report says so.
-pub(super) const MAX_PAIRS: u64 = 10_000_000;
+pub(super) const MAX_PAIRS: u64 = 50_000_000;
 
 /// Boxes of triangles are widened by this against the rounding of f32, m.
 pub(super) const ROUNDING: f64 = 1e-5;
