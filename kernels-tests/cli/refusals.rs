@@ -129,6 +129,25 @@ fn a_place_that_cannot_be_written_is_refused_before_the_work() {
     }
 }
 
+/// As root, a device would be lost to the whole machine.
+#[cfg(unix)]
+#[test]
+fn links_and_devices_are_not_replaced() {
+    let case = Case::new(&table());
+    let elsewhere = tempfile::tempdir().unwrap();
+    let (link, socket) = (elsewhere.path().join("link.json"), elsewhere.path().join("socket"));
+    fs::write(elsewhere.path().join("target.json"), "old").unwrap();
+    std::os::unix::fs::symlink("target.json", &link).unwrap();
+    let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+    refuses(&case, case.command("simulate").arg("-o").arg(&link), &["link.json", "is a link", "-o"]);
+    refuses(&case, case.command("simulate").arg("-o").arg(&socket), &["socket", "device or pipe", "-o"]);
+    refuses(&case, case.command("render").arg("-o").arg(&link), &["link.json", "is a link", "-o"]);
+    assert!(link.is_symlink() && !socket.is_file());
+    fs::create_dir(case.path("linked")).unwrap();
+    std::os::unix::fs::symlink(elsewhere.path().join("target.json"), case.path("linked/scene.json")).unwrap();
+    refuses(&case, case.command("optimize").arg("-o").arg(case.path("linked")), &["scene.json", "is a link"]);
+}
+
 /// A limit on the size of a file fails a write as a full disk does: midway.
 #[cfg(unix)]
 #[test]

@@ -1,8 +1,9 @@
 //! Runs that are interrupted, and go on.
 
 use crate::fixture::*;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rest3d_gpu::optimize::{Checkpoint, Config, OptimizeError, run_on};
+use rest3d_gpu::scene::Parent;
 use rest3d_gpu::world::{
     Backend, BackendError, Best, Distribution, Energy, IterationStats, OnStep, Pose, Search, SearchSettings,
     SimSettings, Status, Stream, World,
@@ -25,6 +26,26 @@ fn a_resumed_run_ends_like_an_uninterrupted_one() {
         assert_eq!(results(resumed), whole);
         assert!(second.checkpoints.len() < 4);
     }
+}
+
+/// A cup that every simulation pushes off its table: the second opinion sets it back.
+#[test]
+fn a_run_that_is_stopped_in_its_second_opinion_is_not_finished_and_resumes() {
+    let mut boxes = Boxes::default();
+    let table = boxes.add("table", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
+    boxes.add("cup", Parent::Object(table), Vec3::splat(0.1), DVec3::Y * 0.5);
+    boxes.objects[table].movable = false;
+    let backend = Fake { slide: Vec3::X * 0.8, ..Default::default() };
+    let config = Config { second_opinion: true, ..frozen() };
+    let whole = go(&boxes, &backend, &config, 1, None, &mut Watch::default()).unwrap();
+    assert!(whole.finished);
+    let mut watch = Watch { stop_at_round: Some(1), ..Default::default() };
+    let stopped = go(&boxes, &backend, &config, 1, None, &mut watch).unwrap();
+    assert!(!stopped.finished && watch.rounds == 1, "{} rounds", watch.rounds);
+    let last = Checkpoint::from_json(watch.checkpoints.last().unwrap()).unwrap();
+    let resumed = go(&boxes, &backend, &config, 1, Some(last), &mut Watch::default()).unwrap();
+    assert!(resumed.finished);
+    assert_eq!(results(resumed), results(whole));
 }
 
 #[test]

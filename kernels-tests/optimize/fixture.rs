@@ -102,7 +102,7 @@ impl Backend for Fake {
     }
 }
 
-/// Remembers what it is told; stops at the given iteration.
+/// Remembers what it is told; stops at the given iteration or round of the second opinion.
 #[derive(Default)]
 pub struct Watch {
     pub groups: Vec<String>,
@@ -110,6 +110,8 @@ pub struct Watch {
     pub checkpoints: Vec<String>,
     pub iterations: usize,
     pub stop_at: Option<usize>,
+    pub rounds: usize,
+    pub stop_at_round: Option<usize>,
 }
 
 impl Observer for Watch {
@@ -128,7 +130,13 @@ impl Observer for Watch {
             }
             Event::GroupDone { checkpoint, .. } => self.checkpoints.push(checkpoint.to_json()),
             Event::Seating | Event::Placing | Event::Settling => {}
-            Event::Reconsidering { .. } | Event::Parting | Event::Verifying => {}
+            Event::Parting | Event::Verifying => {}
+            Event::Reconsidering { .. } => {
+                self.rounds += 1;
+                if self.stop_at_round == Some(self.rounds) {
+                    return Flow::Stop;
+                }
+            }
         }
         Flow::Continue
     }

@@ -20,16 +20,20 @@ pub fn check_writable(dir: &Path) -> Result<(), Failure> {
     })
 }
 
-/// Finds out before the long work whether the result's files have room: none of `files` may be a folder, `parts` must be.
+/// Finds out before the long work whether the result's files have room: what is in the place of `files` must be files, `parts`
+/// a folder. A link, device or pipe would not be written into but replaced.
 pub fn check_places(files: &[PathBuf], parts: &Path) -> Result<(), Failure> {
     let refuse = |path: &Path, found: &str, wanted: &str| {
         let path = path.display();
         Err(Failure::Input(format!(
-            "{path}: it is a {found}, but the result needs a {wanted} there; remove it or choose another folder with -o"
+            "{path}: it is a {found}, but the result needs a {wanted} there; remove it or choose another place with -o"
         )))
     };
-    match files.iter().find(|file| file.is_dir()) {
-        Some(file) => refuse(file, "folder", "file"),
+    let is_other = |file: &&PathBuf| file.symlink_metadata().is_ok_and(|found| !found.is_file());
+    match files.iter().find(is_other) {
+        Some(file) if file.is_symlink() => refuse(file, "link", "file"),
+        Some(file) if file.is_dir() => refuse(file, "folder", "file"),
+        Some(file) => refuse(file, "device or pipe", "file"),
         None if parts.exists() && !parts.is_dir() => refuse(parts, "file", "folder"),
         None => Ok(()),
     }

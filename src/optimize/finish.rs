@@ -11,7 +11,7 @@ use super::{
     verify::{Motion, Verified, verify},
 };
 use crate::scene;
-use crate::world::{BackendError, Pose, World, angle_between};
+use crate::world::{BackendError, Flow, Pose, World, angle_between};
 use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
 
@@ -20,11 +20,11 @@ pub(super) const FALLEN: f64 = FRAC_PI_6;
 
 impl Run<'_> {
     /// Settles and checks the layout that the search left. Both also run after an early stop: they are short, and an
-    /// unfinished layout needs them most.
+    /// unfinished layout needs them most. The second opinion is not, and may be stopped itself.
     pub fn finish(
         &self,
         mut state: Checkpoint,
-        finished: bool,
+        mut finished: bool,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, OptimizeError> {
         let mut layout = state.layout();
@@ -42,7 +42,7 @@ impl Run<'_> {
             (settled_after, at_rest) = self.settle(global, &world, &starts, &mut layout, &mut state.notes)?;
             let opinions = Opinions::new(self, global, &layout);
             if finished && self.config.second_opinion {
-                opinions.improve(&mut layout, observer)?;
+                finished = opinions.improve(&mut layout, observer)? == Flow::Continue;
             }
             timings.settle = clock.elapsed().as_secs_f64();
 

@@ -55,8 +55,9 @@ impl<'a> Opinions<'a> {
         Self { run, group: group.clone(), models, settling, known: vec![Release::default(); layout.len()] }
     }
 
-    /// Searches what does not stand in all runs once more. The layout stays as it is unless a better one is found.
-    pub fn improve(&self, layout: &mut Layout, observer: &mut dyn Observer) -> Result<(), BackendError> {
+    /// Searches what does not stand in all runs once more. The layout stays as it is unless a better one is found. `Stop` if the
+    /// observer ended it early.
+    pub fn improve(&self, layout: &mut Layout, observer: &mut dyn Observer) -> Result<Flow, BackendError> {
         let mut best = self.judge(vec![layout.clone()])?.swap_remove(0);
         // Other engines' parts reach farther sideways. What then moves is searched like everything that does.
         if let Some(spread) = projection::spread(self.run.scene, &self.run.rigs, layout, &self.group) {
@@ -65,12 +66,13 @@ impl<'a> Opinions<'a> {
                 best = roomy;
             }
         }
-        let mut idle = 0;
+        let (mut idle, mut flow) = (0, Flow::Continue);
         for round in 0..ROUNDS {
-            if best.failing.is_empty()
-                || idle == PATIENCE
-                || observer.event(Event::Reconsidering { failing: best.failing.len() }) == Flow::Stop
-            {
+            if best.failing.is_empty() || idle == PATIENCE {
+                break;
+            }
+            flow = observer.event(Event::Reconsidering { failing: best.failing.len() });
+            if flow == Flow::Stop {
                 break;
             }
             let mut trials = self.focused(&best).round(&best, round)?;
@@ -86,7 +88,7 @@ impl<'a> Opinions<'a> {
             }
         }
         *layout = best.layout;
-        Ok(())
+        Ok(flow)
     }
 
     /// Copies and mixtures of the best layout, judged.
