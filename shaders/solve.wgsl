@@ -1,8 +1,8 @@
 // Kernel `solve`: the small steps of a substep, one invocation a candidate, patch after patch. It is run again until all
 // are done: Mesa's software driver ends every loop once those of an invocation have gone round 65,535 times, without a word.
 //
-// The order is `src/cpu/solve/`': accelerate, warm start, friction, soft normals, advance, follow, then friction and
-// rigid normals until nothing approaches any more; all but the warm start once more if that gained energy. All sweeps are
+// The order is `src/cpu/solve/`': accelerate, warm start, friction and soft normals until they change little, advance, follow,
+// then friction and rigid normals until nothing approaches any more; all but the warm start once more if that gained energy. All sweeps are
 // one loop, because software drivers compile code that occurs twice twice.
 
 #import constants
@@ -16,7 +16,7 @@ const TAU: f32 = 6.2831853;
 
 // Most sweeps of a small step that gains no energy. Those of its second attempt have the numbers that follow, and then those
 // that are made in any case.
-const ATTEMPT: u32 = PUSHING_SWEEPS + MAX_RELAXING_SWEEPS;
+const ATTEMPT: u32 = MAX_PUSHING_SWEEPS + MAX_RELAXING_SWEEPS;
 
 // Invocations whose loops software drivers count together: what each does in a sweep of its own adds up.
 const COUNTED_TOGETHER: u32 = 8u;
@@ -103,7 +103,7 @@ fn accelerate(bodies: u32) {
         moving[i].free_spin = moving[i].spin;
         moving[i].free_shift = moving[i].shift;
         moving[i].free_turn = moving[i].turn;
-        moving[i].restless = select(PUSHING_SWEEPS, 0u, moving[i].inverse_mass == 0.0);
+        moving[i].restless = select(MIN_PUSHING_SWEEPS - 1u, 0u, moving[i].inverse_mass == 0.0);
     }
 }
 
@@ -134,7 +134,7 @@ fn is_restless(at: Patch, bodies: u32, sweep: u32) -> bool {
 
 // The contacts of a body are solved in the sweep after this one, too, and in the rest of this.
 fn disturb(body: u32, sweep: u32) {
-    moving[body].restless = select(sweep + 1u, 0u, moving[body].inverse_mass == 0.0);
+    moving[body].restless = select(max(moving[body].restless, sweep + 1u), 0u, moving[body].inverse_mass == 0.0);
 }
 
 // Coulomb: the tangential impulse stays in the disk of radius μ times the patch's normal impulse, the twist below what
@@ -209,7 +209,8 @@ fn sweep_normals(
             let total = max(n.impulse - correction - select(0.0, a3, springy) * (n.impulse - n.load), 0.0);
             let change = total - n.impulse;
             push(&pair, row, change);
-            disturbed |= abs(change) > RELAXED_SPEED * n.mass;
+            let counts = !soft || separation >= -TOUCHING_DEPTH;
+            disturbed |= counts && abs(change) > select(RELAXED_SPEED, PUSHED_SPEED, soft) * n.mass;
             normals[j].impulse = total;
             limit += total;
             twist_limit += total * n.lever;
@@ -219,7 +220,7 @@ fn sweep_normals(
             frictions[rows + p].limit = limit * sim.friction;
             frictions[rows + p].twist_limit = twist_limit * sim.friction;
         }
-        if (!soft && disturbed) {
+        if (disturbed) {
             disturb(pair.a, sweep);
             disturb(pair.b, sweep);
             changed = true;
@@ -228,11 +229,12 @@ fn sweep_normals(
     return changed;
 }
 
-// Moves the bodies by their velocities.
-fn advance(bodies: u32) {
+// Moves the bodies by their velocities. All of their contacts are solved in the sweep that follows.
+fn advance(bodies: u32, sweep: u32) {
     for (var i = bodies; i < bodies + batch.bodies; i++) {
         moving[i].shift += sim.small_step * moving[i].linear;
         moving[i].turn += sim.small_step * moving[i].spin;
+        moving[i].restless = select(sweep, 0u, moving[i].inverse_mass == 0.0);
     }
 }
 
@@ -291,7 +293,7 @@ fn start_cold(bodies: u32, slots: u32, rows: u32, count: u32) {
         moving[i].spin = moving[i].free_spin;
         moving[i].shift = moving[i].free_shift;
         moving[i].turn = moving[i].free_turn;
-        moving[i].restless = select(ATTEMPT + PUSHING_SWEEPS, 0u, moving[i].inverse_mass == 0.0);
+        moving[i].restless = select(ATTEMPT + MIN_PUSHING_SWEEPS - 1u, 0u, moving[i].inverse_mass == 0.0);
     }
     for (var p = 0u; p < count; p++) {
         frictions[rows + p].impulse = vec3(0.0);
@@ -359,10 +361,10 @@ fn main(
             }
             let is_extra = at.sweep >= 2u * ATTEMPT;
             let number = at.sweep % ATTEMPT;
-            let soft = !is_extra && number < PUSHING_SWEEPS;
-            let advances = !is_extra && number == PUSHING_SWEEPS;
+            let soft = !is_extra && number < MAX_PUSHING_SWEEPS;
+            let advances = !is_extra && number == MAX_PUSHING_SWEEPS;
             if (advances) {
-                advance(bodies);
+                advance(bodies, at.sweep);
             }
             if (advances || at.sweep == ATTEMPT) {
                 follow(bodies, slots, rows, count);
@@ -372,6 +374,9 @@ fn main(
             sweep_friction(bodies, slots, rows, count, sweep);
             let changed = sweep_normals(bodies, slots, rows, count, sweep, soft, soft && number % 2u == 1u);
             at.sweep++;
+            if (soft && !changed && number + 1u >= MIN_PUSHING_SWEEPS) {
+                at.sweep += MAX_PUSHING_SWEEPS - 1u - number;
+            }
             if (is_extra || soft || (changed && number + 1u < ATTEMPT)) {
                 continue;
             }

@@ -220,6 +220,22 @@ pub fn a_table_on_thin_legs_bears_a_load(backend: &dyn Backend) {
     }
 }
 
+/// Each load shifts the table against the others, and all that holds it is what they press it down with.
+pub fn a_light_table_bears_several_heavy_things(backend: &dyn Backend) {
+    let places = [(-0.35, 0.1), (0.05, -0.12), (0.36, 0.12), (0.1, 0.15), (-0.12, 0.02)];
+    for (count, load, overlap) in [(3, 10.0, 0.0), (3, 10.0, 2e-3), (4, 5.0, 1e-3), (5, 6.0, 2e-3), (5, 2.0, 1e-3)] {
+        let mut s = Scenario::default();
+        s.table(1.0);
+        for &(x, z) in &places[..count] {
+            s.cuboid(Vec3::splat(0.08), load, Vec3::new(x, 0.82 - overlap, z), Quat::IDENTITY);
+        }
+        let found = drift(backend, &s, &settings(600), 300);
+        let name = format!("{count} loads of {load} kg, {overlap} m in a table of 1 kg");
+        measured(&format!("drift of {name} in 10 s, m"), found.moved, 0);
+        assert!(found.moved < 5e-3 && found.speed < 0.02, "{name}: {found:?}");
+    }
+}
+
 /// A mug of 31 wall wedges and a bottom: 8 cm wide, 10 cm high, walls of 4 mm.
 fn mug(s: &mut Scenario, height: f32) {
     let [inner, outer, top] = [0.036f32, 0.04, 0.1];

@@ -6,7 +6,7 @@ use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
 use super::layout::{Contact, Cursor, Friction, Moving, Normal, Patch, Sim};
-use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_RELAXING_SWEEPS, PUSHING_SWEEPS};
+use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS};
 
 /// Invocations that share a candidate's patches, as in `solve_load`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
@@ -19,7 +19,7 @@ pub fn patch_rows(contacts: u32) -> u32 {
 /// How often kernel `solve` has to be run for a substep of so many bodies: it stops before its loops have gone round
 /// `Sim::loops` times.
 pub fn rounds(sim: &Sim, bodies: u32) -> u32 {
-    let longest = 2 * (PUSHING_SWEEPS + MAX_RELAXING_SWEEPS) + sim.velocity_iterations.max(1) - 1;
+    let longest = 2 * (MAX_PUSHING_SWEEPS + MAX_RELAXING_SWEEPS) + sim.velocity_iterations.max(1) - 1;
     let [steps, sweeps] = portion(sim, bodies, longest.into());
     (u64::from(sim.small_steps).div_ceil(steps) * u64::from(longest).div_ceil(sweeps)) as u32
 }

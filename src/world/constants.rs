@@ -108,9 +108,17 @@ pub const LOAD_LOSS: f32 = 125.0;
 /// Overlap at which bodies rest, m: without it contacts would come and go. A stack sinks by so much at every contact.
 pub const RESTING_DEPTH: f32 = 0.5 * LINEAR_SLOP;
 
-/// Sweeps of a small step over the contacts as springs: every other one backwards, because sweeps in one direction leave
-/// an error that goes round and round, and crossed blocks rattle for ever. With two, 100 kg on 1 kg sway.
-pub const PUSHING_SWEEPS: u32 = 4;
+/// Fewest sweeps of a small step over the contacts as springs: every other one backwards, because sweeps in one direction
+/// leave an error that goes round and round, and crossed blocks rattle for ever. With one, stacks sink.
+pub const MIN_PUSHING_SWEEPS: u32 = 2;
+
+/// Most of them. With 8, a light table under several heavy things throws them off.
+pub const MAX_PUSHING_SWEEPS: u32 = 12;
+
+/// They end when none of them changed the speed of a contact by more than this, m/s. Larger leaves energy in heaps and lets
+/// light tables walk. What is deeper than `TOUCHING_DEPTH` is only pushed out, and does not count: push-out that all sweeps
+/// agree on adds up.
+pub const PUSHED_SPEED: f32 = 2e-3;
 
 /// Rigid sweeps of a small step end when none of their contacts changed its speed by more than this, m/s: things at rest
 /// get by with one. Larger leaves the speed of push-out in things that hit each other, and heavy things near the edge of

@@ -2,7 +2,7 @@
 //! those of PhysX's TGS).
 //!
 //! A substep is cut into `position_iterations` small steps `h`. Each applies gravity, warm-starts, solves friction and
-//! every contact as an overdamped spring, there and back, moves the bodies, and solves once more with rigid contacts,
+//! every contact as an overdamped spring, there and back until that changes little, moves the bodies, and solves once more with rigid contacts,
 //! after a hit several times, so that push-out leaves no kinetic energy behind. What gains some all the same is solved
 //! again (`cold`). A plain spring sags under load and a rigid contact rings when a heavy body lies on a light one; this
 //! spring is at rest at the load that its patch has carried lately, which does neither. Its share of that load follows far

@@ -2,7 +2,10 @@
 
 use super::Softness;
 use super::lanes::{Mask, Matrix, Number, Vector, all, at_least, splat};
-use crate::world::SimSettings;
+use crate::world::{
+    SimSettings,
+    constants::{PUSHED_SPEED, TOUCHING_DEPTH},
+};
 use fearless_simd::prelude::*;
 use glam::Vec3;
 
@@ -29,7 +32,7 @@ pub struct Moving<S: Simd> {
     pub touched: u32,
     /// The same with something fixed.
     pub held: u32,
-    /// The candidates in which a contact of the body changed its speed in the last rigid sweep, and in the present one.
+    /// The candidates in which a contact of the body changed its speed in the last sweep, and in the present one.
     pub restless: [Mask<S>; 2],
 }
 
@@ -162,6 +165,8 @@ pub struct Aim<S: Simd> {
     pub spring_mass: Number<S>,
     /// Share of the impulse beyond its load that the spring gives back.
     pub leak: Number<S>,
+    /// Change of the spring's impulse that is none, N s.
+    pub tolerance: Number<S>,
 }
 
 impl<S: Simd> Aim<S> {
@@ -169,6 +174,7 @@ impl<S: Simd> Aim<S> {
     pub fn new(separation: Number<S>, mass: Number<S>, settings: &SimSettings, soft: &Softness) -> Self {
         let zero = splat(separation.token(), 0.0);
         let overlaps = separation.simd_le(zero);
+        let deep = separation.simd_lt(splat(separation.token(), -TOUCHING_DEPTH));
         let rigid_bias = at_least::<S>(separation, zero) / settings.small_step();
         let push_out = at_least::<S>(soft.push_out::<S>(separation), splat(separation.token(), -settings.max_push_out));
         Self {
@@ -176,6 +182,7 @@ impl<S: Simd> Aim<S> {
             spring_bias: overlaps.select(push_out, rigid_bias),
             spring_mass: overlaps.select(mass * soft.mass_scale, mass),
             leak: overlaps.select(splat(separation.token(), soft.impulse_scale), zero),
+            tolerance: deep.select(splat(separation.token(), f32::MAX), mass * PUSHED_SPEED),
         }
     }
 }

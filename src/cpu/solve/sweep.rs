@@ -6,7 +6,7 @@ use super::union::WidePatch;
 use super::{Softness, Wide};
 use crate::world::{
     Body, SimSettings,
-    constants::{ARM_TOLERANCE, MAX_RELAXING_SWEEPS, PUSHING_SWEEPS, RELAXED_SPEED},
+    constants::{ARM_TOLERANCE, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS, MIN_PUSHING_SWEEPS, RELAXED_SPEED},
 };
 use fearless_simd::prelude::*;
 
@@ -43,10 +43,15 @@ impl<S: Simd> Wide<S> {
     /// The sweeps of a small step of these candidates, and the motion between them.
     #[inline(always)]
     fn solve(&mut self, candidates: Mask<S>, settings: &SimSettings, soft: &Softness) {
-        self.disturb(candidates);
-        for sweep in 0..PUSHING_SWEEPS {
+        for sweep in 0..MAX_PUSHING_SWEEPS {
+            if sweep < MIN_PUSHING_SWEEPS {
+                self.disturb(candidates);
+            }
             self.sweep_friction();
             self.sweep_normals::<true>(settings, sweep % 2 == 1);
+            if sweep + 1 >= MIN_PUSHING_SWEEPS && self.calm() {
+                break;
+            }
         }
         self.simd.vectorize(
             #[inline(always)]
@@ -55,6 +60,7 @@ impl<S: Simd> Wide<S> {
                 self.locate(settings, soft);
             },
         );
+        self.disturb(candidates);
         for _ in 0..MAX_RELAXING_SWEEPS {
             self.sweep_friction();
             self.sweep_normals::<false>(settings, false);
@@ -74,7 +80,7 @@ impl<S: Simd> Wide<S> {
         }
     }
 
-    /// Ends a rigid sweep: true if nothing is restless any more.
+    /// Ends a sweep: true if nothing is restless any more.
     #[inline(always)]
     fn calm(&mut self) -> bool {
         let nobody = all(self.simd, false);
@@ -143,8 +149,8 @@ impl<S: Simd> Wide<S> {
     }
 
     /// One sweep over all patches, one way or the other: with springs overlap is pushed out, without only approach is
-    /// stopped. What is still apart may come no closer than touching. A rigid sweep that changes the relative speed of a
-    /// contact makes its bodies restless.
+    /// stopped. What is still apart may come no closer than touching. A sweep that changes the relative speed of a contact
+    /// makes its bodies restless.
     #[inline(always)]
     fn sweep_normals<const SPRINGS: bool>(&mut self, settings: &SimSettings, backwards: bool) {
         self.simd.vectorize(
@@ -165,17 +171,14 @@ impl<S: Simd> Wide<S> {
                     let points = &mut normals[patch.points()];
                     for k in 0..points.len() {
                         let n = &mut points[if backwards { points.len() - 1 - k } else { k }];
-                        if SPRINGS {
-                            n.solve_spring(&mut pair, solved);
-                        } else {
-                            disturbed |= n.solve_rigid(&mut pair, solved);
-                        }
+                        disturbed |=
+                            if SPRINGS { n.solve_spring(&mut pair, solved) } else { n.solve_rigid(&mut pair, solved) };
                     }
                     if !SPRINGS {
                         frictions[i].bound(points, settings.friction);
                     }
                     pair.or(solved, before).store(bodies, patch.a, patch.b);
-                    if !SPRINGS && disturbed.any_true() {
+                    if disturbed.any_true() {
                         for body in [patch.a, patch.b] {
                             let body = &mut bodies[body as usize];
                             if body.inverse_mass != 0.0 {
@@ -288,14 +291,16 @@ impl<S: Simd> Friction<S> {
 }
 
 impl<S: Simd> Normal<S> {
+    /// Gives where it changed an impulse by more than `Aim::tolerance`.
     #[inline(always)]
-    fn solve_spring(&mut self, pair: &mut Pair<S>, solved: Mask<S>) {
-        let Aim { spring_bias, spring_mass, leak, .. } = self.aim;
+    fn solve_spring(&mut self, pair: &mut Pair<S>, solved: Mask<S>) -> Mask<S> {
+        let Aim { spring_bias, spring_mass, leak, tolerance, .. } = self.aim;
         let total = self.total(pair, spring_bias, spring_mass, leak);
         let total = solved.select(total, self.impulse);
         let change = total - self.impulse;
         pair.push(&self.row, change);
         self.impulse = total;
+        change.abs().simd_gt(tolerance)
     }
 
     /// Gives where the contact's relative speed changed by more than `RELAXED_SPEED`.
