@@ -1,9 +1,9 @@
 // Kernel `solve`: the small steps of a substep, one invocation a candidate, patch after patch. It is run again until all
 // are done: Mesa's software driver ends every loop once those of an invocation have gone round 65,535 times, without a word.
 //
-// The order is `src/cpu/solve/`': accelerate, warm start, friction and soft normals until they change little, advance, follow,
-// then friction and rigid normals until nothing approaches any more; all but the warm start once more if that gained energy. All sweeps are
-// one loop, because software drivers compile code that occurs twice twice.
+// The order is `src/cpu/solve/`': accelerate, warm start, friction and soft normals until they change little, advance,
+// follow, then friction and rigid normals until nothing approaches any more; all but the warm start once more if that gained
+// energy. All sweeps are one loop, because software drivers compile code that occurs twice twice.
 
 #import constants
 #import batch
