@@ -132,7 +132,8 @@ fn is_restless(at: Patch, bodies: u32, sweep: u32) -> bool {
     return max(moving[first_body(at, bodies)].restless, moving[bodies + at.b].restless) >= sweep;
 }
 
-// The contacts of a body are solved in the sweep after this one, too, and in the rest of this.
+// The contacts of a body are solved in the sweep after this one, too, and in the rest of this; the first sweeps are of all
+// contacts in any case.
 fn disturb(body: u32, sweep: u32) {
     moving[body].restless = select(max(moving[body].restless, sweep + 1u), 0u, moving[body].inverse_mass == 0.0);
 }

@@ -232,7 +232,8 @@ pub fn a_light_table_bears_several_heavy_things(backend: &dyn Backend) {
         let found = drift(backend, &s, &settings(600), 300);
         let name = format!("{count} loads of {load} kg, {overlap} m in a table of 1 kg");
         measured(&format!("drift of {name} in 10 s, m"), found.moved, 0);
-        assert!(found.moved < 5e-3 && found.speed < 0.02, "{name}: {found:?}");
+        // They rattle a little: 2.5 mm/s under 30 kg. With too few sweeps it is 5 to 8 mm/s, and they walk.
+        assert!(found.moved < 5e-3 && found.speed < 4e-3, "{name}: {found:?}");
     }
 }
 

@@ -109,10 +109,11 @@ pub const LOAD_LOSS: f32 = 125.0;
 pub const RESTING_DEPTH: f32 = 0.5 * LINEAR_SLOP;
 
 /// Fewest sweeps of a small step over the contacts as springs: every other one backwards, because sweeps in one direction
-/// leave an error that goes round and round, and crossed blocks rattle for ever. With one, stacks sink.
+/// leave an error that goes round and round, and crossed blocks rattle for ever. With one, stacks and
+/// what lies in a drawer rattle.
 pub const MIN_PUSHING_SWEEPS: u32 = 2;
 
-/// Most of them. With 8, a light table under several heavy things throws them off.
+/// Most of them. With eight, a light table under several heavy things throws them off.
 pub const MAX_PUSHING_SWEEPS: u32 = 12;
 
 /// They end when none of them changed the speed of a contact by more than this, m/s. Larger leaves energy in heaps and lets
