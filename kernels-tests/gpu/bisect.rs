@@ -382,14 +382,8 @@ fn bisect(
     way: Way,
 ) -> Result<Bisection, Failed> {
     let candidates = starts.len() / world.bodies.len();
-    let simulation = Simulation::fitting(
-        &device.gpu,
-        device.kernels()?,
-        world,
-        settings,
-        candidates as u32,
-        (device.gpu.room(), 0),
-    )?;
+    let simulation =
+        Simulation::fitting(&device.gpu, device.kernels()?, world, settings, candidates as u32, device.gpu.room())?;
     if (simulation.candidates as usize) < candidates {
         return Err("the candidates do not fit at once".into());
     }

@@ -23,7 +23,7 @@ impl Rollout for Frozen {
 
     fn scratch(&self) {}
 
-    fn run(&self, (): &mut (), placed: &[Pose], records: &mut [Record]) {
+    fn run(&self, (): &mut (), placed: &[Pose], _: u32, records: &mut [Record]) {
         records[0].settled.copy_from_slice(placed);
     }
 }

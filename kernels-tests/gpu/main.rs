@@ -20,6 +20,7 @@ mod device;
 mod elites;
 mod energy;
 mod fixture;
+mod funnel;
 mod hull_pairs;
 mod manifold;
 mod moments;
@@ -68,6 +69,7 @@ fn main() -> ExitCode {
         energy::TESTS,
         elites::TESTS,
         best::TESTS,
+        funnel::TESTS,
         moments::TESTS,
         stats::TESTS,
         simulation::TESTS,

@@ -5,8 +5,8 @@ use super::fixture::{Device, boxes_world};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::gpu::{
-    AdapterChoice, Gpu, GpuBackend, GpuError, GpuSearch, Kernels, Options, Population, Recorder, SHADERS, Simulation,
-    plan, self_test,
+    AdapterChoice, Funnel, Gpu, GpuBackend, GpuError, GpuSearch, Kernels, Options, Population, Recorder, SHADERS,
+    Simulation, plan, self_test,
 };
 use rest3d_gpu::world::{
     Backend, BackendError, CemSettings, Flow, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, World,
@@ -56,14 +56,18 @@ pub fn child() -> ExitCode {
     let gpu = Gpu::open(&choice).unwrap();
     let kernels = Kernels::compile(&gpu).unwrap();
     println!("start {}", clock.seconds());
-    let (world, settings) = (boxes_world(), SearchSettings::default());
+    let world = boxes_world();
+    let cem = CemSettings { candidates: 8, draws: 2, ..Default::default() };
+    let settings = SearchSettings { cem, ..Default::default() };
     let population = Population::new(&gpu, &kernels, &world, &settings, STREAM).unwrap();
-    let simulation = Simulation::fitting(&gpu, &kernels, &world, &settings.simulation, 8, (gpu.room(), 0)).unwrap();
+    let simulation = Simulation::fitting(&gpu, &kernels, &world, &settings.simulation, 8, gpu.room()).unwrap();
     let mut recorder = Recorder::new(&gpu);
     simulation.rest(&mut recorder);
     recorder.submit();
     gpu.wait().unwrap();
-    for step in population.kernels().chain(simulation.kernels(0)).chain(simulation.measuring_kernels()) {
+    let funnel = Funnel::new(&gpu, &kernels, &world, &settings, &population, gpu.room()).unwrap();
+    let simulating = simulation.kernels(0).chain(simulation.measuring_kernels());
+    for step in population.kernels().chain(funnel.kernels()).chain(simulating) {
         let clock = Clock::start();
         let mut recorder = Recorder::new(&gpu);
         recorder.run([step]);
@@ -173,10 +177,17 @@ fn settings(candidates: u32) -> SearchSettings {
     SearchSettings { cem, simulation, ..Default::default() }
 }
 
+/// The same in three rounds, or two with a single draw.
+fn narrowing(candidates: u32, draws: u32) -> SearchSettings {
+    let plain = settings(candidates);
+    let cem = CemSettings { draws, short_steps: 4, ..plain.cem };
+    SearchSettings { cem, ..plain }
+}
+
 fn memory_is_as_planned(device: &Device) -> Result<(), Failed> {
     let world = boxes_world();
-    for candidates in [1, 65, 1234] {
-        let settings = settings(candidates);
+    for settings in [settings(1), settings(65), settings(1234), narrowing(65, 4), narrowing(1, 2), narrowing(7, 1)] {
+        let candidates = settings.cem.candidates;
         let before = device.gpu.made_bytes();
         let mut search = GpuSearch::new(&device.gpu, device.kernels()?, &world, &settings, STREAM)?;
         let (made, planned) = (device.gpu.made_bytes() - before, plan(&world, &settings.cem, device.gpu.room()));
@@ -192,17 +203,23 @@ fn memory_is_as_planned(device: &Device) -> Result<(), Failed> {
 }
 
 fn a_split_population_gives_the_same_bits(device: &Device) -> Result<(), Failed> {
-    let (world, settings) = (boxes_world(), settings(65));
+    let world = boxes_world();
     let split = GpuBackend::open_with(&Options { split: 4, ..options(device) })?;
-    if split.memory(&world, 65).at_once != 13 || device.backend()?.memory(&world, 65).at_once != 65 {
-        return Err(format!("{:?}", split.memory(&world, 65)).into());
+    for settings in [settings(65), narrowing(65, 3)] {
+        let at_once = |backend: &GpuBackend| backend.memory(&world, &settings.cem).at_once;
+        if [at_once(&split), at_once(device.backend()?)] != [13, 65] {
+            return Err(format!("{} at a time", at_once(&split)).into());
+        }
+        let run = |backend: &GpuBackend| -> Result<_, Failed> {
+            let mut search = backend.search(&world, &settings, STREAM)?;
+            let stats = search.iterate()?;
+            Ok((stats, search.energies()?, search.distribution()))
+        };
+        if run(&split)? != run(device.backend()?)? {
+            return Err(format!("splitting changes results of {:?}", settings.cem).into());
+        }
     }
-    let run = |backend: &GpuBackend| -> Result<_, Failed> {
-        let mut search = backend.search(&world, &settings, STREAM)?;
-        let stats = search.iterate()?;
-        Ok((stats, search.energies()?, search.distribution()))
-    };
-    if run(&split)? == run(device.backend()?)? { Ok(()) } else { Err("splitting changes results".into()) }
+    Ok(())
 }
 
 /// A software adapter would end the sort early, without a word.

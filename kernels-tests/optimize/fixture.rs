@@ -34,7 +34,7 @@ impl Rollout for Slide<'_> {
 
     fn scratch(&self) {}
 
-    fn run(&self, (): &mut (), placed: &[Pose], records: &mut [Record]) {
+    fn run(&self, (): &mut (), placed: &[Pose], _: u32, records: &mut [Record]) {
         let record = &mut records[0];
         for ((settled, placed), body) in record.settled.iter_mut().zip(placed).zip(&self.0.bodies) {
             *settled = *placed;

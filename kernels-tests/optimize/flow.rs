@@ -236,6 +236,10 @@ fn settings_without_sense_are_refused() {
     refused("local.elite_fraction", &|c| c.local.elite_fraction = f32::NAN);
     refused("simulation.dt", &|c| c.simulation.dt = 0.0);
     refused("simulation.snapshot_step", &|c| c.simulation.steps = 10);
+    refused("global.draws", &|c| c.global.draws = 0);
+    refused("local.draws", &|c| (c.local.candidates, c.local.draws) = (1 << 20, 1000));
+    refused("local.short_steps", &|c| c.local.short_steps = c.simulation.snapshot_step - 1);
+    refused("global.finalists", &|c| c.global.finalists = 0.0);
     refused("energy.penetration", &|c| c.energy.penetration = -1.0);
     refused("global.rotation_std", &|c| c.global.rotation_std[1] = f32::INFINITY);
     refused("verify.seconds", &|c| c.verify.seconds = 0.0);

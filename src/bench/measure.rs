@@ -1,6 +1,6 @@
 //! One population on one backend: warm up, repeat, take the median.
 
-use crate::world::{Backend, BackendError, KernelTime, Pose, Rollouts, SimSettings, Status, World};
+use crate::world::{Backend, BackendError, CemSettings, KernelTime, Pose, Rollouts, SimSettings, Status, World};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -62,7 +62,7 @@ pub fn measure(
     on_run: &mut dyn FnMut(f64),
 ) -> Result<Measurement, BackendError> {
     let Effort { candidates, seed, seconds } = effort;
-    let bytes_resident = backend.memory(world, candidates).bytes;
+    let bytes_resident = backend.memory(world, &CemSettings { candidates, ..CemSettings::default() }).bytes;
     if world.units.is_empty() {
         return Err(BackendError::Capacity("nothing in the scene moves; make an object movable".into()));
     }

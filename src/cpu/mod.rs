@@ -25,8 +25,8 @@ pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
 
 use crate::world::{
-    Backend, BackendError, Flow, KernelTime, MemoryPlan, NarrowPhase, OnCandidate, OnStep, Pose, Rollouts, Search,
-    SearchSettings, SimSettings, Status, Stream, Velocity, World,
+    Backend, BackendError, CemSettings, Flow, KernelTime, MemoryPlan, NarrowPhase, OnCandidate, OnStep, Pose, Rollouts,
+    Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
 };
 use narrow_phase::Separator;
 use population::Population;
@@ -115,8 +115,8 @@ impl Backend for CpuBackend {
         Ok(Box::new(CpuSearch::new(world, settings, stream, simulator)))
     }
 
-    fn memory(&self, world: &World, candidates: u32) -> MemoryPlan {
-        MemoryPlan { bytes: search::bytes(world, candidates), at_once: candidates }
+    fn memory(&self, world: &World, cem: &CemSettings) -> MemoryPlan {
+        MemoryPlan { bytes: search::bytes(world, cem.drawn()), at_once: cem.candidates }
     }
 
     fn free_bytes(&self) -> Option<u64> {
@@ -160,13 +160,14 @@ impl Rollout for Simulator<'_> {
         Group::new(self.world, Group::best())
     }
 
-    fn run(&self, group: &mut Group, placed: &[Pose], records: &mut [Record]) {
+    fn run(&self, group: &mut Group, placed: &[Pose], steps: u32, records: &mut [Record]) {
         let Self { world, simulation, narrow } = self;
         group.start(placed);
         for (candidate, record) in group.candidates_mut().iter_mut().zip(&mut *records) {
             candidate.measure_depths(world, narrow, &mut record.depths_placed);
+            record.snapshot.fill(Velocity::default());
         }
-        for step in 0..simulation.steps {
+        for step in 0..steps {
             group.step(world, simulation, narrow);
             if step + 1 == simulation.snapshot_step {
                 for (candidate, record) in group.candidates().iter().zip(&mut *records) {
@@ -175,7 +176,10 @@ impl Rollout for Simulator<'_> {
             }
         }
         for (candidate, record) in group.candidates_mut().iter_mut().zip(records) {
-            candidate.measure_depths(world, narrow, &mut record.depths_settled);
+            match steps {
+                0 => record.depths_settled.copy_from_slice(&record.depths_placed),
+                _ => candidate.measure_depths(world, narrow, &mut record.depths_settled),
+            }
             record.settled.copy_from_slice(&candidate.poses);
             record.status = candidate.status;
         }

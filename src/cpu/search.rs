@@ -1,4 +1,5 @@
-//! The Cross-Entropy search on the processor: sample, place, simulate, energy, elites, moments, once per iteration.
+//! The Cross-Entropy search on the processor: sample, then place, simulate, energy and elites in every round, moments, once per
+//! iteration.
 //!
 //! Candidates run in parallel, each writing to its own slots, so threads cannot change the result. All buffers are made
 //! at the start. Poses are not kept: the winner is simulated again when it is asked for, which gives the same bits.
@@ -14,8 +15,8 @@ use super::{
     stats::{elite_mean, flags},
 };
 use crate::world::{
-    BackendError, Best, Distribution, Energy, IterationStats, Pose, Search, SearchSettings, Status, Stream, Velocity,
-    Winner, World,
+    BackendError, Best, Distribution, Energy, IterationStats, Pose, Round, Search, SearchSettings, Status, Stream,
+    Velocity, Winner, World,
 };
 use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -34,9 +35,9 @@ pub trait Rollout: Sync {
     /// Makes the buffers of one thread.
     fn scratch(&self) -> Self::Scratch;
 
-    /// Simulates from `placed` (one pose a body, candidate after candidate), at rest at first, and fills the candidates'
-    /// `records`.
-    fn run(&self, scratch: &mut Self::Scratch, placed: &[Pose], records: &mut [Record]);
+    /// Simulates so many steps from `placed` (one pose a body, candidate after candidate), at rest at first, and fills the
+    /// candidates' `records`.
+    fn run(&self, scratch: &mut Self::Scratch, placed: &[Pose], steps: u32, records: &mut [Record]);
 }
 
 /// What a rollout writes of a candidate.
@@ -81,6 +82,10 @@ pub struct CpuSearch<'a, R: Rollout> {
     energies: Vec<Energy>,
     statuses: Vec<Status>,
     order: Vec<u32>,
+    rounds: Vec<Round>,
+    /// The candidates of a round, and what came of them.
+    chosen: Vec<u32>,
+    found: Vec<(Energy, Status)>,
     elites: Vec<u32>,
     distribution: Distribution,
     floor: Vec<f32>,
@@ -91,7 +96,7 @@ pub struct CpuSearch<'a, R: Rollout> {
 impl<'a, R: Rollout> CpuSearch<'a, R> {
     /// Prepares all buffers: one worker a thread, one slot a candidate.
     pub fn new(world: &'a World, settings: &'a SearchSettings, stream: Stream, rollout: R) -> Self {
-        let candidates = settings.cem.candidates as usize;
+        let candidates = settings.cem.drawn() as usize;
         let bodies = world.bodies.len();
         let record = Record {
             settled: world.start.clone(),
@@ -118,6 +123,9 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
             energies: vec![Winner::NONE.energy; candidates],
             statuses: vec![Status::default(); candidates],
             order: vec![0; candidates],
+            rounds: settings.cem.rounds(settings.simulation.steps),
+            chosen: Vec::with_capacity(candidates),
+            found: vec![(Winner::NONE.energy, Status::default()); candidates],
             elites: Vec::with_capacity(candidates),
             distribution,
             floor,
@@ -126,42 +134,48 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
         }
     }
 
-    fn simulate_all(&mut self) {
-        let width = self.world.dimensions();
-        let Self { world, settings, stream, rollout, workers, distribution, iteration, .. } = self;
-        let size = at_once(self.energies.len(), rollout.at_once());
-        let slots = self.energies.par_chunks_mut(size).zip(self.statuses.par_chunks_mut(size)).enumerate();
-        let rows = self.deltas.par_chunks_mut(size * width);
-        slots.zip(rows).for_each(|((chunk, (energies, statuses)), deltas)| {
-            let deltas = &mut deltas[..energies.len() * width];
-            for (candidate, delta) in (chunk * size..).zip(deltas.chunks_exact_mut(width)) {
-                sample_candidate(&settings.cem, distribution, (*stream, *iteration), candidate as u32, delta);
-            }
-            let worker = &mut *lock(&workers[rayon::current_thread_index().unwrap_or(0) % workers.len()]);
-            let evaluated = worker.evaluate(world, settings, rollout, deltas);
-            for ((cost, status), slot) in evaluated.zip(energies.iter_mut().zip(statuses)) {
-                (*slot.0, *slot.1) = (cost, status);
-            }
+    /// Draws all candidates.
+    fn draw(&mut self) {
+        let Self { world, settings, stream, distribution, iteration, .. } = self;
+        let rows = self.deltas.par_chunks_exact_mut(world.dimensions()).take(self.energies.len());
+        rows.enumerate().for_each(|(candidate, delta)| {
+            sample_candidate(&settings.cem, distribution, (*stream, *iteration), candidate as u32, delta);
         });
+    }
+
+    /// Simulates the chosen candidates; all others are out.
+    fn simulate(&mut self, steps: u32) {
+        let width = self.world.dimensions();
+        let Self { world, settings, rollout, workers, deltas, chosen, found, .. } = self;
+        let size = at_once(chosen.len(), rollout.at_once());
+        chosen.par_chunks(size).zip(found.par_chunks_mut(size)).for_each(|(chosen, found)| {
+            let deltas = chosen.iter().map(|&candidate| &deltas[candidate as usize * width..][..width]);
+            let worker = &mut *lock(&workers[rayon::current_thread_index().unwrap_or(0) % workers.len()]);
+            let evaluated = worker.evaluate(world, settings, (rollout, steps), deltas);
+            evaluated.zip(found).for_each(|(evaluated, found)| *found = evaluated);
+        });
+        self.energies.iter_mut().for_each(|energy| energy.total = f32::INFINITY);
+        for (&candidate, found) in self.chosen.iter().zip(&self.found) {
+            (self.energies[candidate as usize], self.statuses[candidate as usize]) = *found;
+        }
     }
 }
 
 impl<S> Worker<S> {
     /// Runs the candidates with these adjustments; energies and what went wrong.
-    fn evaluate<R: Rollout<Scratch = S>>(
+    fn evaluate<'d, R: Rollout<Scratch = S>>(
         &mut self,
         world: &World,
         settings: &SearchSettings,
-        rollout: &R,
-        deltas: &[f32],
+        (rollout, steps): (&R, u32),
+        deltas: impl ExactSizeIterator<Item = &'d [f32]>,
     ) -> impl Iterator<Item = (Energy, Status)> {
-        let bodies = world.bodies.len();
-        let candidates = deltas.len() / world.dimensions();
+        let (bodies, candidates) = (world.bodies.len(), deltas.len());
         let (placed, records) = (&mut self.placed[..candidates * bodies], &mut self.records[..candidates]);
-        for (delta, placed) in deltas.chunks_exact(world.dimensions()).zip(placed.chunks_exact_mut(bodies)) {
+        for (delta, placed) in deltas.zip(placed.chunks_exact_mut(bodies)) {
             place(world, delta, placed);
         }
-        rollout.run(&mut self.scratch, placed, records);
+        rollout.run(&mut self.scratch, placed, steps, records);
         records.iter().zip(placed.chunks_exact(bodies)).map(|(record, placed)| {
             let trial = Trial {
                 placed,
@@ -187,10 +201,19 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
         if width == 0 || self.energies.is_empty() {
             return Err(BackendError::Capacity("nothing to search: no unit or no candidate".into()));
         }
-        self.simulate_all();
-
+        self.draw();
         let wanted = self.settings.cem.elite_count() as usize;
-        let usable = elites(&self.energies, wanted, &mut self.order);
+        let mut usable = 0;
+        for round in 0..self.rounds.len() {
+            let Round { candidates, steps } = self.rounds[round];
+            self.chosen.clear();
+            match round {
+                0 => self.chosen.extend(0..candidates),
+                _ => self.chosen.extend_from_slice(&self.order[..candidates as usize]),
+            }
+            self.simulate(steps);
+            usable = elites(&self.energies, wanted, &mut self.order);
+        }
         best(
             &self.energies,
             (&self.order, usable),
@@ -246,7 +269,8 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
         let Winner { energy, iteration, candidate } = self.winner;
         let delta = self.deltas[self.energies.len() * self.world.dimensions()..].to_vec();
         let mut worker = lock(&self.workers[0]);
-        worker.evaluate(self.world, self.settings, &self.rollout, &delta).for_each(drop);
+        let to_the_end = (&self.rollout, self.settings.simulation.steps);
+        worker.evaluate(self.world, self.settings, to_the_end, [&delta[..]].into_iter()).for_each(drop);
         Ok(Some(Best {
             energy,
             iteration,

@@ -61,7 +61,7 @@ impl GpuBackend {
     /// A simulation of all candidates at once: who asks for so many has split them.
     fn simulation(&self, world: &World, settings: &SimSettings, candidates: usize) -> Result<Simulation, GpuError> {
         let room = Room { split: 1, ..self.gpu.room() };
-        let made = Simulation::fitting(&self.gpu, &self.kernels, world, settings, candidates as u32, (room, 0))?;
+        let made = Simulation::fitting(&self.gpu, &self.kernels, world, settings, candidates as u32, room)?;
         if (made.candidates as usize) < candidates {
             return Err(GpuError::Capacity(format!(
                 "{} simulates at most {} candidates of this scene at once",
@@ -192,8 +192,8 @@ impl Backend for GpuBackend {
         Ok(Box::new(GpuSearch::new(&self.gpu, &self.kernels, world, settings, stream)?))
     }
 
-    fn memory(&self, world: &World, candidates: u32) -> MemoryPlan {
-        plan(world, &CemSettings { candidates, ..CemSettings::default() }, self.gpu.room())
+    fn memory(&self, world: &World, cem: &CemSettings) -> MemoryPlan {
+        plan(world, cem, self.gpu.room())
     }
 
     /// A software adapter has the processor's memory; of a card's, drivers do not tell.

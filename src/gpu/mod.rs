@@ -10,6 +10,7 @@ mod buffer;
 mod collide;
 mod contacts;
 mod device;
+mod funnel;
 mod kernel;
 pub mod kernels;
 mod layout;
@@ -31,11 +32,12 @@ pub use buffer::{Buffer, Download, Read, Uniform, Write};
 pub use collide::{Collide, Motion};
 pub use contacts::{Contacts, Inputs};
 pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, Options, adapters};
+pub use funnel::Funnel;
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
 pub use layout::{
     Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged,
-    Moving, Normal, Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
+    Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
 };
 pub use pipelines::identity;
 pub use plan::{Room, plan};

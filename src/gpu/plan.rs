@@ -5,7 +5,7 @@
 use super::kernels::SHADERS;
 use super::layout::{
     Ball, Bounds, Contact, Cursor, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged, Moving,
-    Normal, Outline, Patch, Preference, Separation, Sim, Stats, Update, Weights,
+    Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
 };
 use super::layout::{Batch, Body, Draw, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
 use super::solver::patch_rows;
@@ -79,7 +79,7 @@ fn simulation(world: &World) -> [Row; 35] {
 /// Buffers of `Population`, all candidates together.
 fn population(world: &World, cem: &CemSettings) -> u64 {
     let [bodies, pairs, units] = [world.bodies.len(), world.pairs.len(), world.units.len()];
-    let (candidates, width) = (cem.candidates as usize, world.dimensions());
+    let (candidates, width) = (cem.drawn() as usize, world.dimensions());
     let poses = 2 * bytes::<Pose>(bodies) + 2 * bytes::<Velocity>(bodies) + 2 * bytes::<f32>(pairs);
     let ranks = bytes::<u32>(2) + bytes::<Energy>(1);
     let shared = bytes::<Body>(bodies) + bytes::<Unit>(units) + 2 * bytes::<Pose>(bodies) + bytes::<f32>(3 * width);
@@ -112,27 +112,38 @@ fn tables(world: &World) -> u64 {
 }
 
 /// How many of `candidates` are simulated at a time beside `held` bytes: as many as buffers and budget allow, at least one,
-/// in rounds of about the same size.
-pub(super) fn at_once(world: &World, candidates: u32, held: u64, room: Room) -> u32 {
-    let rows = simulation(world);
-    let largest = rows.iter().map(|(_, bytes)| *bytes).max().unwrap_or(0).max(1);
-    let together: u64 = rows.iter().map(|(_, bytes)| bytes).sum();
-    let fit = (room.binding / largest).min(BUDGET.saturating_sub(held) / together.max(1));
+/// in portions of about the same size.
+pub(super) fn fitting(world: &World, candidates: u32, held: u64, room: Room) -> u32 {
+    let largest = simulation(world).iter().map(|(_, bytes)| *bytes).max().unwrap_or(0).max(1);
+    let fit = (room.binding / largest).min(BUDGET.saturating_sub(held) / each(world).max(1));
     let fit = u32::try_from(fit).unwrap_or(u32::MAX).clamp(1, candidates.max(1));
     let fit = (fit / room.split.max(1)).max(1);
     candidates.div_ceil(candidates.div_ceil(fit).max(1)).max(1)
 }
 
-/// Bytes that a search holds beside what is simulated at a time.
-pub(super) fn held(world: &World, cem: &CemSettings) -> u64 {
-    population(world, cem) + tables(world)
+/// Bytes of a candidate that is simulated.
+fn each(world: &World) -> u64 {
+    simulation(world).iter().map(|(_, bytes)| bytes).sum()
+}
+
+/// How many candidates of a search are simulated at a time, and in the last round, if that is smaller.
+pub(super) fn at_once(world: &World, cem: &CemSettings, room: Room) -> (u32, Option<u32>) {
+    let last = cem.rounds(u32::MAX).last().map_or(0, |round| round.candidates);
+    let fewer = if last < cem.candidates { simulator(world, last) } else { 0 };
+    let at_once = fitting(world, cem.candidates, population(world, cem) + tables(world) + fewer, room);
+    (at_once, (last < at_once).then_some(last))
+}
+
+/// What simulates so many candidates at a time.
+fn simulator(world: &World, candidates: u32) -> u64 {
+    tables(world) + u64::from(candidates) * each(world)
 }
 
 /// Rounds of all loops of an invocation together in what ranks the candidates: the sorting network of `elites`, a workgroup's
 /// share of it, and the two passes of `moments` over the elites.
 pub(super) fn ranking_loops(cem: &CemSettings) -> u64 {
     let sorting = SHADERS.iter().find(|shader| shader.name == "elites").map_or(1, |shader| shader.workgroup[0].into());
-    let keys = u64::from(cem.candidates.max(2)).next_power_of_two();
+    let keys = u64::from(cem.drawn().max(2)).next_power_of_two();
     let stages = u64::from(keys.ilog2() * (keys.ilog2() + 1) / 2);
     let sort = stages * (keys / 2).div_ceil(sorting) + 2 * keys.div_ceil(sorting) + stages;
     sort.max(2 * u64::from(cem.elite_count()))
@@ -140,10 +151,14 @@ pub(super) fn ranking_loops(cem: &CemSettings) -> u64 {
 
 /// The memory of a search, without making any of it.
 pub fn plan(world: &World, cem: &CemSettings, room: Room) -> MemoryPlan {
-    let held = held(world, cem);
-    let at_once = at_once(world, cem.candidates, held, room);
-    let each: u64 = simulation(world).iter().map(|(_, bytes)| bytes).sum();
-    MemoryPlan { bytes: held + u64::from(at_once) * each, at_once }
+    let (at_once, last) = at_once(world, cem, room);
+    let simulators = simulator(world, at_once) + last.map_or(0, |last| simulator(world, last));
+    let rounds = cem.rounds(u32::MAX);
+    let handovers = rounds.iter().enumerate().skip(1).map(|(number, round)| {
+        let is_last = number + 1 == rounds.len();
+        round.candidates.div_ceil(last.filter(|_| is_last).unwrap_or(at_once)) as usize
+    });
+    MemoryPlan { bytes: population(world, cem) + simulators + bytes::<Portion>(handovers.sum()), at_once }
 }
 
 #[cfg(test)]

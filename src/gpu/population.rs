@@ -7,7 +7,8 @@ use super::buffer::Buffer;
 use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
-use super::layout::{Batch, Body, Draw, Energy, Flags, Pose, Stats, Unit, Update, Velocity, Weights, Winner};
+use super::layout::{Batch, Body, Draw, Energy, Flags, Portion, Pose, Stats, Unit, Update, Velocity, Weights, Winner};
+use super::simulation::State;
 use crate::world::{Distribution, SearchSettings, Stream, World};
 
 /// The candidates of a search. Tables of all candidates are candidate-major.
@@ -56,6 +57,7 @@ pub struct Population {
     pub stats: Buffer<Stats>,
     drawing: [Step; 2],
     flagging: Step,
+    choosing: Step,
     ranking: [Step; 5],
     first_draw: Draw,
 }
@@ -73,7 +75,7 @@ impl Population {
         stream: Stream,
     ) -> Result<Self, GpuError> {
         let cem = &settings.cem;
-        let sizes = Batch::new(world, cem.candidates);
+        let sizes = Batch::new(world, cem.drawn());
         let [candidates, rows] = [sizes.candidates as usize, sizes.candidates as usize * world.bodies.len()];
         let depths = candidates * world.pairs.len();
         let initial = cem.initial(world.units.len());
@@ -179,6 +181,8 @@ impl Population {
             stats: stats.write(),
         };
         let flagging = flag.step(gpu, kernels, 1);
+        let pass_over = kernels::PassOverBuffers { batch: batch.uniform(), statuses: statuses.write() };
+        let choosing = pass_over.step(gpu, kernels, sizes.candidates);
         let drawing = [
             sample.step(gpu, kernels, sizes.candidates * sizes.dimensions.div_ceil(4)),
             place.step(gpu, kernels, rows as u32),
@@ -221,6 +225,7 @@ impl Population {
             stats,
             drawing,
             flagging,
+            choosing,
             ranking,
             first_draw,
         })
@@ -228,7 +233,7 @@ impl Population {
 
     /// The kernels of an iteration but for the simulation's, in their order.
     pub fn kernels(&self) -> impl Iterator<Item = &Step> {
-        self.drawing.iter().chain([&self.flagging]).chain(&self.ranking)
+        self.drawing.iter().chain([&self.flagging, &self.choosing]).chain(&self.ranking)
     }
 
     /// Names the random numbers of everything that is submitted from now on.
@@ -253,6 +258,29 @@ impl Population {
     /// Places what `deltas` holds.
     pub fn place(&self, recorder: &mut Recorder<'_>) {
         recorder.run(&self.drawing[1..]);
+    }
+
+    /// Copies the poses at placement of some candidates, by number, to what simulates them.
+    pub(super) fn hand_over(&self, recorder: &mut Recorder<'_>, some: &State, Portion { first, count }: Portion) {
+        let [first, count, bodies] = [first as usize, count as usize, self.bodies.len()];
+        recorder.copy_range((&self.placed, first * bodies), (&some.poses, 0), count * bodies);
+    }
+
+    /// Copies what came of them back.
+    pub(super) fn take_back(&self, recorder: &mut Recorder<'_>, some: &State, Portion { first, count }: Portion) {
+        let [first, count, bodies] = [first as usize, count as usize, self.bodies.len()];
+        let pairs = self.depths_placed.len() / self.statuses.len().max(1);
+        recorder.copy_range((&some.poses, 0), (&self.poses, first * bodies), count * bodies);
+        recorder.copy_range((&some.snapshot, 0), (&self.snapshot, first * bodies), count * bodies);
+        recorder.copy_range((&some.depths_placed, 0), (&self.depths_placed, first * pairs), count * pairs);
+        recorder.copy_range((&some.depths_settled, 0), (&self.depths_settled, first * pairs), count * pairs);
+        recorder.copy_range((&some.statuses, 0), (&self.statuses, first), count);
+    }
+
+    /// Ranks the candidates by what was simulated so far, and passes all over but those that are simulated next.
+    pub(super) fn choose(&self, recorder: &mut Recorder<'_>) {
+        recorder.run(&self.ranking[..2]);
+        recorder.run([&self.choosing]);
     }
 
     /// Counts what went wrong in the simulation, into `flags`.

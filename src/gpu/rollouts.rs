@@ -26,7 +26,7 @@ impl Rig {
         settings: &SimSettings,
         candidates: usize,
     ) -> Result<Self, GpuError> {
-        let simulation = Simulation::fitting(gpu, kernels, world, settings, candidates as u32, (gpu.room(), 0))?;
+        let simulation = Simulation::fitting(gpu, kernels, world, settings, candidates as u32, gpu.room())?;
         let at_once = simulation.candidates as usize;
         let tallies = settings.steps as usize * at_once;
         Ok(Self {
@@ -112,7 +112,9 @@ pub(super) fn kernel_times(
     let bodies = world.bodies.len();
     let candidates = starts.len() / bodies;
     let rig = Rig::new(gpu, kernels, world, settings, candidates)?;
-    let Some(timer) = rig.simulation.timer(gpu, candidates as u32) else { return Ok(Vec::new()) };
+    let rounds = candidates.div_ceil(rig.simulation.candidates as usize) as u32;
+    let units = rig.simulation.units(settings.steps).saturating_mul(rounds);
+    let Some(timer) = rig.simulation.timer(gpu, units) else { return Ok(Vec::new()) };
     rig.run(gpu, bodies, starts, Some(&timer))?;
     let mut recorder = Recorder::timed(gpu, Some(&timer));
     recorder.fetch_times();

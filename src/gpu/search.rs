@@ -2,10 +2,11 @@
 
 use super::buffer::Download;
 use super::device::{Gpu, GpuError};
+use super::funnel::Funnel;
 use super::kernel::Recorder;
 use super::kernels::Kernels;
 use super::layout::{Flags, Stats};
-use super::plan::{Room, held, ranking_loops};
+use super::plan::{Room, ranking_loops};
 use super::population::Population;
 use super::simulation::{Pace, Simulation, grown};
 use super::timer::Timer;
@@ -25,7 +26,7 @@ pub struct GpuSearch<'a> {
     settings: &'a SearchSettings,
     stream: Stream,
     population: Population,
-    simulation: Simulation,
+    funnel: Funnel,
     /// How many times fewer candidates it simulates at a time than would fit.
     split: u32,
     /// What a substep took when it was last too slow, s; 0 if fewer at a time did not help.
@@ -52,7 +53,7 @@ impl<'a> GpuSearch<'a> {
         settings: &'a SearchSettings,
         stream: Stream,
     ) -> Result<Self, GpuError> {
-        let candidates = settings.cem.candidates;
+        let candidates = settings.cem.drawn();
         if ranking_loops(&settings.cem) > gpu.loops().into() {
             return Err(GpuError::Capacity(format!(
                 "{} does not rank {candidates} candidates to the end: its driver ends long loops; use fewer candidates, a \
@@ -61,10 +62,9 @@ impl<'a> GpuSearch<'a> {
             )));
         }
         let width = world.dimensions();
-        let held = held(world, &settings.cem);
-        let fit = (gpu.room(), held);
-        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, candidates, fit)?;
-        let timer = simulation.timer(gpu, candidates);
+        let population = Population::new(gpu, kernels, world, settings, stream)?;
+        let funnel = Funnel::new(gpu, kernels, world, settings, &population, gpu.room())?;
+        let timer = funnel.timer(gpu);
         Ok(Self {
             gpu,
             kernels,
@@ -72,8 +72,8 @@ impl<'a> GpuSearch<'a> {
             first_capacities: world.capacities,
             settings,
             stream,
-            population: Population::new(gpu, kernels, world, settings, stream)?,
-            simulation,
+            population,
+            funnel,
             split: gpu.room().split,
             too_slow: f64::INFINITY,
             pace: Pace::default(),
@@ -87,25 +87,13 @@ impl<'a> GpuSearch<'a> {
         })
     }
 
-    /// Simulates all placed candidates, as many at a time as fit, and tells how many failed, by reason.
+    /// Simulates the placed candidates, and tells how many failed, by reason.
     fn simulate(&mut self) -> Result<Flags, GpuError> {
-        let Self { gpu, population: all, simulation, timer, .. } = self;
-        let (some, at_once) = (&simulation.state, simulation.candidates);
-        let [candidates, bodies, pairs] =
-            [self.settings.cem.candidates as usize, self.world.bodies.len(), self.world.pairs.len()];
-        let mut recorder = Recorder::timed(gpu, timer.as_ref());
-        for first in (0..candidates).step_by(at_once as usize) {
-            let count = (candidates - first).min(at_once as usize);
-            recorder.copy_range((&all.placed, first * bodies), (&some.poses, 0), count * bodies);
-            recorder = simulation.run(gpu, recorder, &mut self.pace)?;
-            recorder.copy_range((&some.poses, 0), (&all.poses, first * bodies), count * bodies);
-            recorder.copy_range((&some.snapshot, 0), (&all.snapshot, first * bodies), count * bodies);
-            recorder.copy_range((&some.depths_placed, 0), (&all.depths_placed, first * pairs), count * pairs);
-            recorder.copy_range((&some.depths_settled, 0), (&all.depths_settled, first * pairs), count * pairs);
-            recorder.copy_range((&some.statuses, 0), (&all.statuses, first), count);
-        }
-        all.flag(&mut recorder);
-        recorder.fetch(&all.flags, &self.flags);
+        let Self { gpu, population, funnel, timer, .. } = self;
+        let recorder = Recorder::timed(gpu, timer.as_ref());
+        let mut recorder = funnel.run(gpu, population, recorder, &mut self.pace)?;
+        population.flag(&mut recorder);
+        recorder.fetch(&population.flags, &self.flags);
         recorder.fetch_times();
         recorder.submit();
         let flags = self.flags.take(gpu)?[0];
@@ -131,7 +119,7 @@ impl<'a> GpuSearch<'a> {
         let Some(seconds) = self.pace.too_slow().filter(|_| self.gpu.is_watched()) else { return Ok(()) };
         self.pace = Pace::default();
         self.too_slow = if seconds < 0.75 * self.too_slow { seconds } else { 0.0 };
-        if self.too_slow == 0.0 || self.simulation.candidates == 1 {
+        if self.too_slow == 0.0 || self.funnel.at_once() == 1 {
             return Ok(());
         }
         self.split *= 2;
@@ -140,32 +128,31 @@ impl<'a> GpuSearch<'a> {
 
     /// Makes the simulation anew, for the present capacities.
     fn remake(&mut self) -> Result<(), GpuError> {
-        let fit = (Room { split: self.split, ..self.gpu.room() }, held(&self.world, &self.settings.cem));
-        let (settings, candidates) = (&self.settings.simulation, self.settings.cem.candidates);
-        self.simulation = Simulation::fitting(self.gpu, self.kernels, &self.world, settings, candidates, fit)?;
+        let room = Room { split: self.split, ..self.gpu.room() };
+        self.funnel = Funnel::new(self.gpu, self.kernels, &self.world, self.settings, &self.population, room)?;
         if let Some(timer) = &self.timer {
-            self.simulation.announce(timer, candidates);
+            self.funnel.announce(timer);
         }
         Ok(())
     }
 
     /// Candidates that are simulated at a time.
     pub fn at_once(&self) -> u32 {
-        self.simulation.candidates
+        self.funnel.at_once()
     }
 
     /// Places and simulates one candidate alone, which gives the same bits: its poses at placement and at the end.
     fn replay(&self, delta: &[f32]) -> Result<[Vec<Pose>; 2], GpuError> {
         let Self { gpu, kernels, world, settings, stream, .. } = self;
-        let cem = CemSettings { candidates: 1, ..settings.cem.clone() };
+        let cem = CemSettings { candidates: 1, draws: 1, ..settings.cem.clone() };
         let settings = SearchSettings { cem, ..(*settings).clone() };
         let population = Population::new(gpu, kernels, world, &settings, *stream)?;
-        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, 1, (gpu.room(), 0))?;
+        let simulation = Simulation::fitting(gpu, kernels, world, &settings.simulation, 1, gpu.room())?;
         population.deltas.upload(gpu, delta);
         let mut recorder = Recorder::new(gpu);
         population.place(&mut recorder);
         recorder.copy(&population.placed, &simulation.state.poses);
-        simulation.run(gpu, recorder, &mut Pace::default())?.submit();
+        simulation.run(gpu, recorder, &mut Pace::default(), settings.simulation.steps)?.submit();
         let bodies = world.bodies.len();
         Ok([self.read(&population.placed, 0, bodies)?, self.read(&simulation.state.poses, 0, bodies)?])
     }
@@ -184,7 +171,7 @@ impl<'a> GpuSearch<'a> {
             _ => return Ok(None),
         };
         let width = self.world.dimensions();
-        let delta = self.read(&self.population.deltas, self.settings.cem.candidates as usize * width, width)?;
+        let delta = self.read(&self.population.deltas, self.settings.cem.drawn() as usize * width, width)?;
         let [placed, settled] = self.replay(&delta)?;
         Ok(Some(Best { energy, iteration, candidate, delta, placed, settled }))
     }
@@ -226,7 +213,7 @@ impl Search for GpuSearch<'_> {
     }
 
     fn energies(&self) -> Result<Vec<Energy>, BackendError> {
-        Ok(self.read(&self.population.energies, 0, self.settings.cem.candidates as usize)?)
+        Ok(self.read(&self.population.energies, 0, self.settings.cem.drawn() as usize)?)
     }
 
     fn distribution(&self) -> Distribution {

@@ -133,7 +133,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// For at most `candidates` at a time, beside `held` bytes of a search: as many as there is room for.
+    /// For at most `candidates` at a time: as many as there is room for.
     ///
     /// # Errors
     /// If not even one candidate fits, or the device failed.
@@ -143,13 +143,13 @@ impl Simulation {
         world: &World,
         settings: &SimSettings,
         candidates: u32,
-        (room, held): (Room, u64),
+        room: Room,
     ) -> Result<Self, GpuError> {
-        let at_once = plan::at_once(world, candidates, held, room);
-        Self::new(gpu, kernels, world, settings, at_once)
+        Self::new(gpu, kernels, world, settings, plan::fitting(world, candidates, 0, room))
     }
 
-    fn new(
+    /// For so many at a time.
+    pub(super) fn new(
         gpu: &Gpu,
         kernels: &Kernels,
         world: &World,
@@ -220,16 +220,28 @@ impl Simulation {
         self.collide.measure(recorder, &self.state.depths_placed);
     }
 
-    /// All steps from the present poses, with what the energy needs. The work is done when this returns, but for what is
+    /// So many steps from the present poses, with what the energy needs. The work is done when this returns, but for what is
     /// still in the recorder that it gives back.
     ///
     /// # Errors
     /// If the device failed.
-    pub fn run<'g>(&self, gpu: &'g Gpu, mut recorder: Recorder<'g>, pace: &mut Pace) -> Result<Recorder<'g>, GpuError> {
+    pub fn run<'g>(
+        &self,
+        gpu: &'g Gpu,
+        mut recorder: Recorder<'g>,
+        pace: &mut Pace,
+        steps: u32,
+    ) -> Result<Recorder<'g>, GpuError> {
         self.rest(&mut recorder);
         recorder.begin_unit();
         self.overlaps(&mut recorder);
-        for substep in 0..self.steps * self.substeps {
+        if steps == 0 {
+            recorder.end_units();
+            recorder.clear(&self.state.snapshot);
+            recorder.copy(&self.state.depths_placed, &self.state.depths_settled);
+            return Ok(recorder);
+        }
+        for substep in 0..steps * self.substeps {
             recorder.begin_unit();
             self.substep(&mut recorder, substep as usize % 2);
             if substep + 1 == self.snapshot_step * self.substeps {
@@ -273,16 +285,20 @@ impl Simulation {
         &self.contacts.point_counts
     }
 
-    /// A timer for so many candidates simulated by this one; none where the adapter has no timestamps.
-    pub fn timer(&self, gpu: &Gpu, candidates: u32) -> Option<Timer> {
+    /// Units of work of so many steps, for a timer.
+    pub(super) fn units(&self, steps: u32) -> u32 {
+        if steps == 0 { 1 } else { steps * self.substeps + 2 }
+    }
+
+    /// A timer for so many units, none where the adapter has no timestamps.
+    pub(super) fn timer(&self, gpu: &Gpu, units: u32) -> Option<Timer> {
         let timer = Timer::new(gpu)?;
-        self.announce(&timer, candidates);
+        self.announce(&timer, units);
         Some(timer)
     }
 
     /// Tells a timer how much there will be to time.
-    pub fn announce(&self, timer: &Timer, candidates: u32) {
-        let units = (self.steps * self.substeps + 2).saturating_mul(candidates.div_ceil(self.candidates.max(1)));
+    pub(super) fn announce(&self, timer: &Timer, units: u32) {
         timer.expect([units, self.kernels(0).count() as u32, PASSES]);
     }
 }

@@ -137,8 +137,8 @@ impl Config {
         not_negative("energy.layout", energy.layout)?;
         not_negative("energy.position", energy.position)?;
         positive("energy.penetration_depth_unit", energy.penetration_depth_unit)?;
-        validate_cem("local", &self.local)?;
-        validate_cem("global", &self.global)?;
+        validate_cem("local", &self.local, sim.snapshot_step)?;
+        validate_cem("global", &self.global, sim.snapshot_step)?;
         within("settle.max_seconds", self.settle.max_seconds, 0.0, MAX_SECONDS)?;
         not_negative("settle.rest_speed", self.settle.rest_speed)?;
         not_negative("settle.max_push_out", self.settle.max_push_out)?;
@@ -149,13 +149,21 @@ impl Config {
     }
 }
 
-fn validate_cem(table: &str, cem: &CemSettings) -> Result<(), OptimizeError> {
+fn validate_cem(table: &str, cem: &CemSettings, snapshot_step: u32) -> Result<(), OptimizeError> {
     let key = |name: &str| format!("{table}.{name}");
     count(&key("candidates"), cem.candidates, 1, 1 << 24)?;
     count(&key("iterations"), cem.iterations, 1, 1_000_000)?;
     count(&key("episodes"), cem.episodes, 1, 1000)?;
     if !(cem.elite_fraction > 0.0 && cem.elite_fraction <= 1.0) {
         return refuse(&key("elite_fraction"), cem.elite_fraction, "above 0 and at most 1");
+    }
+    count(&key("draws"), cem.draws, 1, 1024)?;
+    count(&key("draws"), cem.drawn(), 1, 1 << 24)?;
+    if cem.short_steps > 0 && cem.short_steps < snapshot_step {
+        return refuse(&key("short_steps"), cem.short_steps, "0, or at least `simulation.snapshot_step`");
+    }
+    if !(cem.finalists > 0.0 && cem.finalists <= 1.0) {
+        return refuse(&key("finalists"), cem.finalists, "above 0 and at most 1");
     }
     for std in cem.translation_std {
         within(&key("translation_std"), std, 0.0, 100.0)?;

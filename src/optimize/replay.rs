@@ -61,8 +61,8 @@ pub fn replay(
         ));
     };
     let settings = run.settings(group);
-    if index >= settings.cem.candidates {
-        return none(format!("there is no candidate {index}: an iteration has {}", settings.cem.candidates));
+    if index >= settings.cem.drawn() {
+        return none(format!("there is no candidate {index}: an iteration has {}", settings.cem.drawn()));
     }
     let mut state = Checkpoint::start(scene, shapes, config, seed);
     state.set_layout(&run.seated);

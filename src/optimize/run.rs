@@ -174,11 +174,14 @@ impl<'a> Run<'a> {
         let mut memory = String::from("nothing to search");
         if let Some(global) = self.groups.last() {
             let world = global.world(&self.rigs, &self.walls, &self.seated, &self.seated);
-            let candidates = self.config.global.candidates.max(self.config.local.candidates);
-            let MemoryPlan { bytes, at_once } = self.backend.memory(&world, candidates);
+            let Config { local, global, .. } = self.config;
+            let cem = if local.drawn() > global.drawn() { local } else { global };
+            let (candidates, drawn) = (cem.candidates, cem.drawn());
+            let MemoryPlan { bytes, at_once } = self.backend.memory(&world, cem);
+            let choice = if drawn > candidates { format!(" of {drawn}") } else { String::new() };
             let split = if at_once < candidates { format!(", {at_once} at a time") } else { String::new() };
             memory = format!(
-                "{} bodies of {} hulls, {candidates} candidates{split}: about {} MB",
+                "{} bodies of {} hulls, {candidates} candidates{choice}{split}: about {} MB",
                 world.bodies.len(),
                 world.hulls.hulls.len(),
                 bytes.div_ceil(1_000_000)

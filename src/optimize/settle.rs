@@ -4,7 +4,7 @@
 //! millimetre in the air, and every other engine would turn that into motion.
 
 use super::config::SettleSettings;
-use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, Status, Velocity, World};
+use crate::world::{Backend, BackendError, CemSettings, Flow, Pose, SimSettings, Status, Velocity, World};
 use std::ops::Range;
 
 /// How long everything must be slow before it counts as at rest, s.
@@ -102,7 +102,8 @@ pub(super) fn in_portions(
 ) -> Result<(), BackendError> {
     let bodies = world.bodies.len().max(1);
     let candidates = starts.len() / bodies;
-    let mut size = backend.memory(world, candidates as u32).at_once.max(1) as usize;
+    let cem = CemSettings { candidates: candidates as u32, ..CemSettings::default() };
+    let mut size = backend.memory(world, &cem).at_once.max(1) as usize;
     let mut first = 0;
     while first < candidates {
         let end = (first + size).min(candidates);

@@ -66,9 +66,9 @@ pub trait Backend: Send + Sync {
         })
     }
 
-    /// What a search with so many candidates holds, told to the user before it starts.
-    fn memory(&self, world: &World, candidates: u32) -> MemoryPlan {
-        MemoryPlan { bytes: u64::from(candidates) * world.slot_bytes(), at_once: candidates }
+    /// What a search holds, told to the user before it starts.
+    fn memory(&self, world: &World, cem: &CemSettings) -> MemoryPlan {
+        MemoryPlan { bytes: u64::from(cem.drawn()) * world.slot_bytes(), at_once: cem.candidates }
     }
 
     /// Bytes that a search may hold; none if that is not known.

@@ -22,5 +22,5 @@ pub use hulls::{Edge, Face, Hull, HullTables};
 pub use outline::Outline;
 pub use pose::{Pose, Velocity, angle_between, compose, from_scaled_axis, sin_cos_turns, unit_rotation};
 pub use rollouts::{KernelTime, Rollouts};
-pub use settings::{CemSettings, EnergyWeights, NarrowPhase, PenetrationMode, SimSettings};
+pub use settings::{CemSettings, EnergyWeights, NarrowPhase, PenetrationMode, Round, SimSettings};
 pub use status::Status;

@@ -155,6 +155,12 @@ pub struct CemSettings {
     /// Candidates 2i and 2i + 1 mirror each other about the mean (Hammersley and Morton's antithetic variates): half as
     /// many random numbers, with no bias of the elites to one side.
     pub antithetic: bool,
+    /// So many times K samples are drawn, of which those K are simulated that cost least as they are placed; 1: all.
+    pub draws: u32,
+    /// The K are simulated for so many steps, and only the best of them to the end; 0: all.
+    pub short_steps: u32,
+    /// Share of the K that then go on, no fewer than the elites.
+    pub finalists: f32,
 }
 
 impl Default for CemSettings {
@@ -173,15 +179,47 @@ impl Default for CemSettings {
             patience: 0,
             sample_mean: false,
             antithetic: false,
+            draws: 1,
+            short_steps: 0,
+            finalists: 0.25,
         }
     }
+}
+
+/// Some candidates of an iteration are simulated from placement; the best of them go on to the next round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Round {
+    /// How many.
+    pub candidates: u32,
+    /// For how many steps; 0 measures them as they are placed.
+    pub steps: u32,
 }
 
 impl CemSettings {
     /// ⌈ρK⌉, at least 1 and at most K. ρ is read as the decimal that the user wrote: 0.025 · 2048 gives 52, 0.1 · 10 gives 1.
     pub fn elite_count(&self) -> u32 {
-        let share = f64::from(self.elite_fraction) * f64::from(self.candidates);
+        self.share(self.elite_fraction)
+    }
+
+    /// ⌈`fraction` · K⌉, at least 1 and at most K.
+    fn share(&self, fraction: f32) -> u32 {
+        let share = f64::from(fraction) * f64::from(self.candidates);
         ((share - 1e-4).ceil().max(1.0) as u32).min(self.candidates)
+    }
+
+    /// Samples per iteration.
+    pub fn drawn(&self) -> u32 {
+        self.candidates.saturating_mul(self.draws.max(1))
+    }
+
+    /// What is simulated in an iteration, first all that is drawn; the last round is the one that counts.
+    pub fn rounds(&self, steps: u32) -> Vec<Round> {
+        let screening = Round { candidates: self.drawn(), steps: 0 };
+        let short = Round { candidates: self.candidates, steps: self.short_steps };
+        let is_short = (1..steps).contains(&self.short_steps);
+        let last = if is_short { self.share(self.finalists).max(self.elite_count()) } else { self.candidates };
+        let screening = (self.drawn() > self.candidates).then_some(screening);
+        screening.into_iter().chain(is_short.then_some(short)).chain([Round { candidates: last, steps }]).collect()
     }
 
     /// The distribution that a search of so many units starts from: zero mean, the same deviations for every unit.

@@ -16,8 +16,10 @@ impl Status {
     pub const NOT_FINITE: Self = Self(4);
     /// The narrow phase gave up on a hull pair within its iteration limit.
     pub const ITERATIONS: Self = Self(8);
+    /// Not a fault: others were better, and it was not simulated to its end (`CemSettings::rounds`).
+    pub const PASSED_OVER: Self = Self(16);
 
-    /// Every bit with its name and remedy, for reports.
+    /// Every fault with its name and remedy, for reports.
     pub const NAMES: [(Self, &'static str); 4] = [
         (Self::HULL_PAIRS, "hull pairs over capacity"),
         (Self::CONTACTS, "contacts over capacity"),
@@ -37,6 +39,6 @@ impl Status {
 
     /// True if the result is whole: energies of other candidates are +∞ and never win.
     pub fn is_usable(self) -> bool {
-        !self.intersects(Self(Self::HULL_PAIRS.0 | Self::CONTACTS.0 | Self::NOT_FINITE.0))
+        !self.intersects(Self(Self::HULL_PAIRS.0 | Self::CONTACTS.0 | Self::NOT_FINITE.0 | Self::PASSED_OVER.0))
     }
 }

@@ -109,6 +109,16 @@ impl From<&EnergyWeights> for Weights {
     }
 }
 
+/// Candidates that are simulated at a time, by rank.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct Portion {
+    /// Rank of the first.
+    pub first: u32,
+    /// How many.
+    pub count: u32,
+}
+
 /// How the distribution follows the elites.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -202,5 +212,6 @@ const _: () = {
     assert!(constants::STATUS_CONTACTS == Status::CONTACTS.0);
     assert!(constants::STATUS_NOT_FINITE == Status::NOT_FINITE.0);
     assert!(constants::STATUS_ITERATIONS == Status::ITERATIONS.0);
+    assert!(constants::STATUS_PASSED_OVER == Status::PASSED_OVER.0);
     assert!(constants::INFINITY_BITS == f32::INFINITY.to_bits());
 };
