@@ -1,5 +1,5 @@
 // Kernel `scatter`: what came of the candidates that `gather` handed to the simulation goes back to their own rows, one
-// invocation a candidate.
+// invocation a candidate. Its twin is the end of a round in `cpu::search`.
 
 #import batch
 #import grid
