@@ -3,6 +3,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use glam::{Quat, Vec3};
+use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::cpu::elites::{elites, orderable};
 use rest3d_gpu::cpu::energy::{Trial, energy, penetration};
 use rest3d_gpu::cpu::moments::moments;
@@ -10,8 +11,8 @@ use rest3d_gpu::cpu::place::place;
 use rest3d_gpu::cpu::sample::sample;
 use rest3d_gpu::cpu::search::{CpuSearch, Record, Rollout};
 use rest3d_gpu::world::{
-    BodyDef, CemSettings, Distribution, Energy, EnergyWeights, PenetrationMode, Pose, STATIC, Search, SearchSettings,
-    Status, Stream, Velocity, World,
+    Backend, BodyDef, CemSettings, Distribution, Energy, EnergyWeights, PenetrationMode, Pose, STATIC, Search,
+    SearchSettings, Status, Stream, Velocity, World,
 };
 use std::f32::consts::FRAC_PI_2;
 
@@ -397,6 +398,34 @@ fn what_is_found_out_does_not_go_on() {
     let right = |candidate: &u32| search.placed(*candidate).unwrap()[1].translation.x > 1.0;
     let chosen = (0..160).filter(|&candidate| energies[candidate as usize].penetration > 0.0);
     assert!(chosen.clone().all(|candidate| right(&candidate)) && (20..40).contains(&chosen.count()));
+}
+
+#[test]
+fn what_is_passed_over_is_known_as_it_was_placed() {
+    let (world, settings) =
+        (world(), SearchSettings { cem: CemSettings { draws: 6, ..settings(5).cem }, ..Default::default() });
+    let mut search = CpuBackend.search(&world, &settings, STREAM).unwrap();
+    for iteration in 0..2 {
+        search.iterate().unwrap();
+        let energies = search.energies().unwrap();
+        let out: Vec<u32> = (0..30).filter(|&candidate| energies[candidate as usize].total.is_infinite()).collect();
+        assert_eq!(out.len(), 25, "{iteration}");
+        for candidate in out {
+            let placed = search.placed(candidate).unwrap();
+            let depths = CpuBackend.overlaps(&world, &settings.simulation, &placed).unwrap();
+            let snapshot = vec![Velocity::default(); placed.len()];
+            let trial = Trial {
+                placed: &placed,
+                settled: &placed,
+                snapshot: &snapshot,
+                depths_placed: &depths,
+                depths_settled: &depths,
+                status: Status::default(),
+            };
+            let expected = Energy { total: f32::INFINITY, ..energy(&world, &settings.energy, &trial) };
+            assert_eq!(energies[candidate as usize], expected, "{iteration}: {candidate}");
+        }
+    }
 }
 
 #[test]

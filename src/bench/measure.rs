@@ -1,6 +1,8 @@
 //! One population on one backend: warm up, repeat, take the median.
 
-use crate::world::{Backend, BackendError, CemSettings, KernelTime, Pose, Rollouts, SimSettings, Status, World};
+use crate::world::{
+    Backend, BackendError, CemSettings, KernelTime, Pose, Rollouts, SearchSettings, SimSettings, Status, World,
+};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -62,7 +64,8 @@ pub fn measure(
     on_run: &mut dyn FnMut(f64),
 ) -> Result<Measurement, BackendError> {
     let Effort { candidates, seed, seconds } = effort;
-    let bytes_resident = backend.memory(world, &CemSettings { candidates, ..CemSettings::default() }).bytes;
+    let cem = CemSettings { candidates, ..CemSettings::default() };
+    let bytes_resident = backend.memory(world, &SearchSettings { cem, ..Default::default() }).bytes;
     if world.units.is_empty() {
         return Err(BackendError::Capacity("nothing in the scene moves; make an object movable".into()));
     }

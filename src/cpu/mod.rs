@@ -25,8 +25,8 @@ pub use search::{CpuSearch, Record, Rollout};
 pub use simulate::Workspace;
 
 use crate::world::{
-    Backend, BackendError, CemSettings, Flow, KernelTime, MemoryPlan, NarrowPhase, OnCandidate, OnStep, Pose, Rollouts,
-    Search, SearchSettings, SimSettings, Status, Stream, Velocity, World,
+    Backend, BackendError, Flow, KernelTime, MemoryPlan, NarrowPhase, OnCandidate, OnStep, Pose, Rollouts, Search,
+    SearchSettings, SimSettings, Status, Stream, Velocity, World,
 };
 use narrow_phase::Separator;
 use population::Population;
@@ -115,7 +115,7 @@ impl Backend for CpuBackend {
         Ok(Box::new(CpuSearch::new(world, settings, stream, simulator)))
     }
 
-    fn memory(&self, world: &World, cem: &CemSettings) -> MemoryPlan {
+    fn memory(&self, world: &World, SearchSettings { cem, .. }: &SearchSettings) -> MemoryPlan {
         MemoryPlan { bytes: search::bytes(world, cem.drawn()), at_once: cem.candidates }
     }
 

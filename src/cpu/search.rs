@@ -65,7 +65,7 @@ struct Worker<S> {
 
 /// About how many bytes a search holds: numbers for every candidate, simulation slots for every thread's group.
 pub fn bytes(world: &World, candidates: u32) -> u64 {
-    let row = 4 * world.dimensions() + size_of::<Energy>() + size_of::<Status>() + 8;
+    let row = 4 * world.dimensions() + 2 * size_of::<(Energy, Status)>() + 12;
     let slots = rayon::current_num_threads() * Group::best();
     (u64::from(candidates) + 1) * row as u64 + slots as u64 * world.slot_bytes()
 }
@@ -123,7 +123,7 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
             energies: vec![Winner::NONE.energy; candidates],
             statuses: vec![Status::default(); candidates],
             order: vec![0; candidates],
-            rounds: settings.cem.rounds(settings.simulation.steps),
+            rounds: settings.rounds(),
             chosen: Vec::with_capacity(candidates),
             found: vec![(Winner::NONE.energy, Status::default()); candidates],
             elites: Vec::with_capacity(candidates),

@@ -10,8 +10,8 @@ use super::search::GpuSearch;
 use super::simulation::{Simulation, grown};
 use crate::cpu::CpuBackend;
 use crate::world::{
-    Backend, BackendError, CemSettings, Flow, KernelTime, MemoryPlan, OnStep, Pose, Rollouts, Search, SearchSettings,
-    SimSettings, Status, Stream, World,
+    Backend, BackendError, Flow, KernelTime, MemoryPlan, OnStep, Pose, Rollouts, Search, SearchSettings, SimSettings,
+    Status, Stream, World,
 };
 
 /// Simulates on a graphics adapter.
@@ -192,8 +192,8 @@ impl Backend for GpuBackend {
         Ok(Box::new(GpuSearch::new(&self.gpu, &self.kernels, world, settings, stream)?))
     }
 
-    fn memory(&self, world: &World, cem: &CemSettings) -> MemoryPlan {
-        plan(world, cem, self.gpu.room())
+    fn memory(&self, world: &World, settings: &SearchSettings) -> MemoryPlan {
+        plan(world, settings, self.gpu.room())
     }
 
     /// A software adapter has the processor's memory; of a card's, drivers do not tell.

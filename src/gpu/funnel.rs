@@ -42,9 +42,9 @@ impl Funnel {
         population: &Population,
         room: Room,
     ) -> Result<Self, GpuError> {
-        let (cem, simulation) = (&settings.cem, &settings.simulation);
-        let rounds = cem.rounds(simulation.steps);
-        let (at_once, last) = plan::at_once(world, cem, room);
+        let simulation = &settings.simulation;
+        let rounds = settings.rounds();
+        let (at_once, last) = plan::at_once(world, settings, room);
         let make = |candidates| Simulation::new(gpu, kernels, world, simulation, candidates);
         let mut funnel =
             Self { rounds, simulation: make(at_once)?, last: last.map(make).transpose()?, handovers: Vec::new() };
@@ -77,7 +77,8 @@ impl Funnel {
         (0..all).step_by(at_once as usize).map(move |first| Portion { first, count: (all - first).min(at_once) })
     }
 
-    /// Simulates the drawn candidates of `population`, and ranks them after each round but the last.
+    /// Simulates the drawn candidates of `population`, and ranks them after each round but the last. `paces`: of most rounds, and of
+    /// a smaller last one.
     ///
     /// # Errors
     /// If the device failed.
@@ -86,7 +87,7 @@ impl Funnel {
         gpu: &'g Gpu,
         population: &Population,
         mut recorder: Recorder<'g>,
-        pace: &mut Pace,
+        [pace, last]: &mut [Pace; 2],
     ) -> Result<Recorder<'g>, GpuError> {
         for (round, Round { steps, .. }) in self.rounds.iter().enumerate() {
             let simulation = self.simulation(round);
@@ -99,6 +100,8 @@ impl Funnel {
                 continue;
             };
             population.choose(&mut recorder);
+            let is_small = self.last.is_some() && round + 1 == self.rounds.len();
+            let pace = if is_small { &mut *last } else { &mut *pace };
             for Handover { gather, scatter } in &self.handovers[before] {
                 recorder.run(gather);
                 recorder = simulation.run(gpu, recorder, pace, *steps)?;

@@ -10,7 +10,7 @@ use super::layout::{
 use super::layout::{Batch, Body, Draw, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
 use super::solver::patch_rows;
 use crate::world::constants::MAX_MANIFOLD_POINTS;
-use crate::world::{CemSettings, MemoryPlan, World};
+use crate::world::{CemSettings, MemoryPlan, SearchSettings, World};
 use glam::Vec4;
 
 /// Bytes that a search may take together, where one candidate at a time does not take more: desktops share their memory.
@@ -127,8 +127,9 @@ fn each(world: &World) -> u64 {
 }
 
 /// How many candidates of a search are simulated at a time, and in the last round, if that is smaller.
-pub(super) fn at_once(world: &World, cem: &CemSettings, room: Room) -> (u32, Option<u32>) {
-    let last = cem.rounds(u32::MAX).last().map_or(0, |round| round.candidates);
+pub(super) fn at_once(world: &World, settings: &SearchSettings, room: Room) -> (u32, Option<u32>) {
+    let cem = &settings.cem;
+    let last = settings.rounds().last().map_or(0, |round| round.candidates);
     let fewer = if last < cem.candidates { simulator(world, last) } else { 0 };
     let at_once = fitting(world, cem.candidates, population(world, cem) + tables(world) + fewer, room);
     (at_once, (last < at_once).then_some(last))
@@ -150,15 +151,15 @@ pub(super) fn ranking_loops(cem: &CemSettings) -> u64 {
 }
 
 /// The memory of a search, without making any of it.
-pub fn plan(world: &World, cem: &CemSettings, room: Room) -> MemoryPlan {
-    let (at_once, last) = at_once(world, cem, room);
+pub fn plan(world: &World, settings: &SearchSettings, room: Room) -> MemoryPlan {
+    let (at_once, last) = at_once(world, settings, room);
     let simulators = simulator(world, at_once) + last.map_or(0, |last| simulator(world, last));
-    let rounds = cem.rounds(u32::MAX);
+    let rounds = settings.rounds();
     let handovers = rounds.iter().enumerate().skip(1).map(|(number, round)| {
         let is_last = number + 1 == rounds.len();
         round.candidates.div_ceil(last.filter(|_| is_last).unwrap_or(at_once)) as usize
     });
-    MemoryPlan { bytes: population(world, cem) + simulators + bytes::<Portion>(handovers.sum()), at_once }
+    MemoryPlan { bytes: population(world, &settings.cem) + simulators + bytes::<Portion>(handovers.sum()), at_once }
 }
 
 #[cfg(test)]
@@ -187,11 +188,15 @@ mod tests {
         CemSettings { candidates, ..Default::default() }
     }
 
+    fn search(candidates: u32) -> SearchSettings {
+        SearchSettings { cem: cem(candidates), ..Default::default() }
+    }
+
     #[test]
     fn a_large_population_takes_two_gigabytes_at_most() {
         let world = world(30, 16);
         for binding in [128 << 20, 2 * GIB, 4 * GIB] {
-            let MemoryPlan { bytes, at_once } = plan(&world, &cem(2048), Room { binding, split: 1 });
+            let MemoryPlan { bytes, at_once } = plan(&world, &search(2048), Room { binding, split: 1 });
             assert!(bytes <= 2 * GIB, "{bytes} bytes, {at_once} at a time, buffers of {binding}");
             assert!(at_once >= 64, "{at_once} at a time");
             let largest = simulation(&world).iter().map(|(_, bytes)| *bytes).max().unwrap_or(0);
@@ -203,7 +208,7 @@ mod tests {
     fn populations_are_split_evenly_where_a_buffer_or_the_budget_ends() {
         let world = world(4, 1);
         let largest = simulation(&world).iter().map(|(_, bytes)| *bytes).max().unwrap_or(0);
-        let split = |fit: u64, split| plan(&world, &cem(1000), Room { binding: fit * largest, split }).at_once;
+        let split = |fit: u64, split| plan(&world, &search(1000), Room { binding: fit * largest, split }).at_once;
         assert_eq!([split(1000, 1), split(999, 1), split(400, 1), split(1, 1)], [1000, 500, 334, 1]);
         assert_eq!([split(1000, 4), split(2, 4)], [250, 1]);
     }
@@ -219,7 +224,7 @@ mod tests {
     fn what_fits_in_no_way_is_left_to_one_candidate() {
         let mut world = world(4, 1);
         world.capacities = Capacities { hull_pairs: 1 << 24, contacts: 128 };
-        assert_eq!(plan(&world, &cem(8), Room { binding: 8 * GIB, split: 1 }).at_once, 1);
-        assert_eq!(plan(&world, &cem(0), Room { binding: 1, split: 0 }).at_once, 1);
+        assert_eq!(plan(&world, &search(8), Room { binding: 8 * GIB, split: 1 }).at_once, 1);
+        assert_eq!(plan(&world, &search(0), Room { binding: 1, split: 0 }).at_once, 1);
     }
 }

@@ -31,7 +31,8 @@ pub struct GpuSearch<'a> {
     split: u32,
     /// What a substep took when it was last too slow, s; 0 if fewer at a time did not help.
     too_slow: f64,
-    pace: Pace,
+    /// Of most rounds, and of a smaller last one.
+    paces: [Pace; 2],
     iteration: u32,
     distribution: Distribution,
     flags: Download<Flags>,
@@ -76,7 +77,7 @@ impl<'a> GpuSearch<'a> {
             funnel,
             split: gpu.room().split,
             too_slow: f64::INFINITY,
-            pace: Pace::default(),
+            paces: Default::default(),
             iteration: 0,
             distribution: settings.cem.initial(world.units.len()),
             flags: Download::new(gpu, "flags", 1),
@@ -91,7 +92,7 @@ impl<'a> GpuSearch<'a> {
     fn simulate(&mut self) -> Result<Flags, GpuError> {
         let Self { gpu, population, funnel, timer, .. } = self;
         let recorder = Recorder::timed(gpu, timer.as_ref());
-        let mut recorder = funnel.run(gpu, population, recorder, &mut self.pace)?;
+        let mut recorder = funnel.run(gpu, population, recorder, &mut self.paces)?;
         population.flag(&mut recorder);
         recorder.fetch(&population.flags, &self.flags);
         recorder.fetch_times();
@@ -116,8 +117,8 @@ impl<'a> GpuSearch<'a> {
     /// Simulates half as many candidates at a time from now on if a substep of them takes too long for a watchdog, and
     /// the last halving, if any, took off a quarter of its time at least.
     fn hurry(&mut self) -> Result<(), GpuError> {
-        let Some(seconds) = self.pace.too_slow().filter(|_| self.gpu.is_watched()) else { return Ok(()) };
-        self.pace = Pace::default();
+        let Some(seconds) = self.paces[0].too_slow().filter(|_| self.gpu.is_watched()) else { return Ok(()) };
+        self.paces = Default::default();
         self.too_slow = if seconds < 0.75 * self.too_slow { seconds } else { 0.0 };
         if self.too_slow == 0.0 || self.funnel.at_once() == 1 {
             return Ok(());

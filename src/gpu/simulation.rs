@@ -239,7 +239,7 @@ impl Simulation {
             recorder.end_units();
             recorder.clear(&self.state.snapshot);
             recorder.copy(&self.state.depths_placed, &self.state.depths_settled);
-            return Ok(recorder);
+            return pace.tick(gpu, recorder);
         }
         for substep in 0..steps * self.substeps {
             recorder.begin_unit();

@@ -158,7 +158,10 @@ fn validate_cem(table: &str, cem: &CemSettings, snapshot_step: u32) -> Result<()
         return refuse(&key("elite_fraction"), cem.elite_fraction, "above 0 and at most 1");
     }
     count(&key("draws"), cem.draws, 1, 1024)?;
-    count(&key("draws"), cem.drawn(), 1, 1 << 24)?;
+    if cem.drawn() > 1 << 24 {
+        let drawn = format!("{} for each of {} candidates", cem.draws, cem.candidates);
+        return refuse(&key("draws"), drawn, format!("no more than {} in all", 1 << 24));
+    }
     if cem.short_steps > 0 && cem.short_steps < snapshot_step {
         return refuse(&key("short_steps"), cem.short_steps, "0, or at least `simulation.snapshot_step`");
     }

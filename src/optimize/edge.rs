@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 /// Distances that are tried, one after the other, m. What is farther off than the last is not at an edge: it has a wrong
 /// parent.
-const DISTANCES: [f64; 8] = [0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2];
+pub(super) const DISTANCES: [f64; 8] = [0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2];
 
 /// Directions that are tried.
 const DIRECTIONS: u32 = 16;

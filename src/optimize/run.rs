@@ -174,10 +174,13 @@ impl<'a> Run<'a> {
         let mut memory = String::from("nothing to search");
         if let Some(global) = self.groups.last() {
             let world = global.world(&self.rigs, &self.walls, &self.seated, &self.seated);
-            let Config { local, global, .. } = self.config;
-            let cem = if local.drawn() > global.drawn() { local } else { global };
+            let plan = |group| {
+                let settings = self.settings(group);
+                (self.backend.memory(&world, &settings), settings.cem)
+            };
+            let plans = self.groups.iter().map(plan).max_by_key(|(plan, _)| plan.bytes);
+            let (MemoryPlan { bytes, at_once }, cem) = plans.unwrap_or_else(|| plan(global));
             let (candidates, drawn) = (cem.candidates, cem.drawn());
-            let MemoryPlan { bytes, at_once } = self.backend.memory(&world, cem);
             let choice = if drawn > candidates { format!(" of {drawn}") } else { String::new() };
             let split = if at_once < candidates { format!(", {at_once} at a time") } else { String::new() };
             memory = format!(

@@ -10,11 +10,12 @@
 //! scene says that it stands at one; what rolls is set down in the nearest pose in which it stays (`roll`).
 
 use super::config::SettleSettings;
+use super::edge::{DISTANCES, directions};
 use super::room::{self, CONTACT, Form, LEANING, Room};
 use super::sweep::overlap_interval;
 use super::upright::{lean, upright};
 use super::{groups::carry, rig::Rig, settle::settle};
-use crate::scene::{self, Parent, Root, Scene};
+use crate::scene::{self, Object, Parent, Relation, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
 use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, World, angle_between};
 use glam::Vec3;
@@ -28,6 +29,12 @@ const MAX_SHIFT: f32 = 0.2;
 /// The footprint that looks for support is so much narrower than the object: a book that leans into a wall of the shelf
 /// still stands on the board.
 const FOOTPRINT: f32 = 0.8;
+
+/// An object inside another that has to be raised by more than this is looked for a place beside, m.
+const SUNK: f32 = 0.01;
+
+/// So much longer a way counts up or down than sideways: reconstructions err less in heights.
+const STEEP: f64 = 2.0;
 
 /// Parts of one object in world coordinates.
 struct Solid {
@@ -103,6 +110,7 @@ impl Seat<'_> {
             if self.scene.is_static(object) || !which(object) {
                 continue;
             }
+            self.step_inside(object, layout);
             self.settle_height(object, layout);
             let mut left_alone = self.rest(object, None, layout)?;
 
@@ -203,11 +211,41 @@ impl Seat<'_> {
             }
             Parent::Root(_) => 0.0,
             Parent::Object(parent) => {
-                let child = Solid::new(&self.rigs[object], &layout[object], FOOTPRINT);
                 let bearer = Solid::new(&self.rigs[parent], &layout[parent], 1.0);
-                support_shift(&child, &bearer).unwrap_or(0.0)
+                self.support(object, &layout[object], &bearer).unwrap_or(0.0)
             }
         }
+    }
+
+    /// The same for an object at a pose and what bears it; none if nothing is below.
+    fn support(&self, object: usize, pose: &scene::Pose, bearer: &Solid) -> Option<f32> {
+        support_shift(&Solid::new(&self.rigs[object], pose, FOOTPRINT), bearer)
+    }
+
+    /// Shifts an object that is inside another, but reaches into its side and would have to be raised onto its rim, to the
+    /// nearest place where it rests closer to its own height.
+    fn step_inside(&self, object: usize, layout: &mut [scene::Pose]) {
+        let Object { relation: Relation::Inside, parent: Parent::Object(parent), .. } = self.scene.objects[object]
+        else {
+            return;
+        };
+        let bearer = Solid::new(&self.rigs[parent], &layout[parent], 1.0);
+        let here = layout[object];
+        let raise = self.support(object, &here, &bearer).unwrap_or(0.0);
+        let (mut least, mut nearest) = (STEEP * f64::from(raise), here);
+        for distance in DISTANCES.into_iter().filter(|_| raise > SUNK) {
+            if distance >= least {
+                break;
+            }
+            for along in directions() {
+                let place = scene::Pose { translation: here.translation + along * distance, ..here };
+                let way = self.support(object, &place, &bearer).map(|shift| distance + STEEP * f64::from(shift.abs()));
+                if let Some(way) = way.filter(|way| *way < least) {
+                    (least, nearest) = (way, place);
+                }
+            }
+        }
+        self.carry(object, nearest, layout);
     }
 
     /// Where the object comes to rest alone on its held parent, or at a wall; none if that cannot be simulated.

@@ -4,7 +4,9 @@
 //! millimetre in the air, and every other engine would turn that into motion.
 
 use super::config::SettleSettings;
-use crate::world::{Backend, BackendError, CemSettings, Flow, Pose, SimSettings, Status, Velocity, World};
+use crate::world::{
+    Backend, BackendError, CemSettings, Flow, Pose, SearchSettings, SimSettings, Status, Velocity, World,
+};
 use std::ops::Range;
 
 /// How long everything must be slow before it counts as at rest, s.
@@ -103,7 +105,7 @@ pub(super) fn in_portions(
     let bodies = world.bodies.len().max(1);
     let candidates = starts.len() / bodies;
     let cem = CemSettings { candidates: candidates as u32, ..CemSettings::default() };
-    let mut size = backend.memory(world, &cem).at_once.max(1) as usize;
+    let mut size = backend.memory(world, &SearchSettings { cem, ..Default::default() }).at_once.max(1) as usize;
     let mut first = 0;
     while first < candidates {
         let end = (first + size).min(candidates);

@@ -1,7 +1,7 @@
 //! What the optimizer may ask of a simulator, whichever processor it runs on.
 
 use super::{
-    CemSettings, EnergyWeights, KernelTime, NarrowPhase, Pose, Rollouts, SimSettings, Status, Velocity, World,
+    CemSettings, EnergyWeights, KernelTime, NarrowPhase, Pose, Rollouts, Round, SimSettings, Status, Velocity, World,
 };
 use serde::{Deserialize, Deserializer, Serialize};
 use thiserror::Error;
@@ -67,7 +67,8 @@ pub trait Backend: Send + Sync {
     }
 
     /// What a search holds, told to the user before it starts.
-    fn memory(&self, world: &World, cem: &CemSettings) -> MemoryPlan {
+    fn memory(&self, world: &World, settings: &SearchSettings) -> MemoryPlan {
+        let cem = &settings.cem;
         MemoryPlan { bytes: u64::from(cem.drawn()) * world.slot_bytes(), at_once: cem.candidates }
     }
 
@@ -136,6 +137,13 @@ pub struct SearchSettings {
     pub energy: EnergyWeights,
     /// Sampling and update.
     pub cem: CemSettings,
+}
+
+impl SearchSettings {
+    /// What is simulated in an iteration.
+    pub fn rounds(&self) -> Vec<Round> {
+        self.cem.rounds(self.simulation.steps)
+    }
 }
 
 /// Names the random numbers of one search: same stream, same samples, whatever K or the machine.

@@ -150,7 +150,8 @@ pub struct CemSettings {
     pub stop_energy: f32,
     /// An episode is done when the mean energy of the elites has not fallen by 1 % in so many iterations; 0: never.
     pub patience: u32,
-    /// Candidate 0 of every iteration is the mean itself, at first the layout as it stands, instead of a sample.
+    /// Candidate 0 of every iteration is the mean itself, at first the layout as it stands, instead of a sample; it goes on
+    /// from round to round as any other.
     pub sample_mean: bool,
     /// Candidates 2i and 2i + 1 mirror each other about the mean (Hammersley and Morton's antithetic variates): half as
     /// many random numbers, with no bias of the elites to one side.
