@@ -5,7 +5,7 @@ use glam::{DVec3, Quat, Vec3};
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::optimize::{Config, ObjectOutcome, run};
 use rest3d_gpu::scene::{Parent, Relation};
-use rest3d_gpu::shape::Alternative;
+use rest3d_gpu::shape::{Alternative, MassProperties, Part};
 
 #[test]
 fn lost_support_is_seen() {
@@ -57,6 +57,46 @@ fn what_would_fall_off_its_support_is_moved_inwards() {
     }
     let object = crate_at(0.9);
     assert!(object.lost_support, "{object:?}");
+}
+
+/// Where a toy 10 cm long ends that is inside a tray 50 cm long, or on it, with rims 2 cm wide and 8 cm high on a floor of 2 cm.
+/// Its middle is at `x` and its bottom on the floor.
+fn toy_at(x: f64, relation: Relation) -> DVec3 {
+    let mut boxes = Boxes::default();
+    let tray = boxes.add("tray", GROUND, Vec3::new(0.5, 0.1, 0.4), DVec3::ZERO);
+    boxes.objects[tray].movable = false;
+    let MassProperties { center, axes, .. } = boxes.shapes[tray].mass;
+    let part = |low: Vec3, high: Vec3| {
+        let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
+        let place = |i| low + (high - low) * corner(i) - Vec3::Y * 0.05;
+        Part { vertices: (0..8).map(|i| axes * place(i) + center).collect() }
+    };
+    boxes.shapes[tray].parts = vec![
+        part(Vec3::new(-0.25, 0.0, -0.2), Vec3::new(0.25, 0.02, 0.2)),
+        part(Vec3::new(-0.25, 0.02, -0.2), Vec3::new(-0.23, 0.1, 0.2)),
+        part(Vec3::new(0.23, 0.02, -0.2), Vec3::new(0.25, 0.1, 0.2)),
+        part(Vec3::new(-0.23, 0.02, -0.2), Vec3::new(0.23, 0.1, -0.18)),
+        part(Vec3::new(-0.23, 0.02, 0.18), Vec3::new(0.23, 0.1, 0.2)),
+    ];
+    let toy = boxes.add("toy", Parent::Object(tray), Vec3::new(0.1, 0.04, 0.06), DVec3::new(x, 0.02, 0.0));
+    let mut scene = boxes.scene();
+    scene.objects[toy].relation = relation;
+    let config = Config { seat: true, ..frozen() };
+    let outcome = run(&scene, &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+    let pose = outcome.objects[toy].pose;
+    pose.translation + pose.rotation * center.as_dvec3() - DVec3::Y * 0.02
+}
+
+#[test]
+fn what_is_inside_is_not_set_onto_the_rim() {
+    for (x, least, most) in [(0.1, -1e-3, 1e-3), (0.2, 0.01, 0.04), (-0.22, 0.03, 0.06)] {
+        let place = toy_at(x, Relation::Inside);
+        assert!((place.y - 0.02).abs() < 1e-3, "from {x}: {place}");
+        assert!((least..=most).contains(&(x.abs() - place.x.abs())), "from {x}: {place}");
+    }
+    // What is on it may be on its rim.
+    let place = toy_at(0.24, Relation::On);
+    assert!((place.y - 0.1).abs() < 1e-3 && (place.x - 0.24).abs() < 0.02, "{place}");
 }
 
 #[test]
