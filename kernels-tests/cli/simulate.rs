@@ -61,7 +61,7 @@ fn a_candidate_of_a_finished_run_is_replayed() {
     for (candidate, words) in [
         ("9,0,0", &["stage 9"][..]),
         ("0,99,0", &["iteration 99"]),
-        ("0,0,16", &["candidate 16", "16"]),
+        ("0,0,256", &["candidate 256", "has 256"]),
         ("0,0", &["three numbers"]),
         ("0,0,x", &["three numbers"]),
         ("-1,0,0", &["three numbers"]),
