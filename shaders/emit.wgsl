@@ -130,15 +130,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             }
             var impulse = 0.0;
             var load = 0.0;
+            var rest = clamp(source.separation, -RESTING_DEPTH, -LEAST_RESTING_DEPTH);
             if (nearest != NONE) {
                 impulse = old_contacts[old_point + nearest].impulse;
                 load = old_contacts[old_point + nearest].load;
+                rest = old_contacts[old_point + nearest].rest;
                 let bit = 8u * (matching - old_first) + nearest;
                 used |= vec2(select(1u, 0u, bit >= 32u), select(0u, 1u, bit >= 32u)) << vec2(bit & 31u);
             }
             let own = manifolds[merged_points[number + i] / MAX_MANIFOLD_POINTS].normal;
             contacts[row + point + i] =
-                Contact(own, source.separation, middle, impulse, anchor_a, load, anchor_b, source.separation);
+                Contact(own, source.separation, middle, impulse, anchor_a, load, anchor_b, source.separation, rest);
         }
         number += size;
         point += size;

@@ -104,6 +104,11 @@ fn all_finite(v: vec3<f32>) -> bool {
     return is_finite(bitcast<u32>(v.x)) && is_finite(bitcast<u32>(v.y)) && is_finite(bitcast<u32>(v.z));
 }
 
+// Where a contact is at rest after it was pressed to where it is.
+fn yielded(contact: Contact) -> f32 {
+    return min(contact.rest, max(contact.separation + RESTING_DEPTH, -RESTING_DEPTH));
+}
+
 // What a contact carries beyond its load, as far as it can be one: less the deeper it is.
 fn excess(contact: Contact) -> f32 {
     let share = max(1.0 + LOAD_LOSS * min(contact.separation, 0.0), 0.0);
@@ -167,6 +172,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         mean /= f32(count);
         for (var j = first; j < end; j++) {
             let own = excess(contacts[j]) - mean;
+            contacts[j].rest = yielded(contacts[j]);
             contacts[j].load = contacts[j].load + patch_share * mean + point_share * own;
         }
     }

@@ -204,7 +204,7 @@ fn sweep_normals(
             let separation = n.separation + moved;
             let springy = soft && separation <= 0.0;
             let deep = DEEP_PUSH_OUT_RATE * min(separation + TOUCHING_DEPTH, 0.0);
-            let push_out = max(omega / a1 * (separation + RESTING_DEPTH) + deep, -sim.max_push_out);
+            let push_out = max(omega / a1 * (separation - n.rest) + deep, -sim.max_push_out);
             let bias = select(max(separation, 0.0) / h, push_out, springy);
             let correction = n.mass * select(1.0, a2 * a3, springy) * (relative(&pair, row) + bias);
             let total = max(n.impulse - correction - select(0.0, a3, springy) * (n.impulse - n.load), 0.0);

@@ -83,6 +83,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
                 lever,
                 contact.impulse,
                 contact.load,
+                contact.rest,
             );
             friction.limit += contact.impulse;
             friction.twist_limit += contact.impulse * lever;

@@ -21,6 +21,9 @@ pub const TESTS: &[Test] = &[
 /// Of positions in metres and of unit normals.
 const TOLERANCE: f32 = 1e-5;
 
+/// The same between depths at which contacts rest, m.
+const REST_TOLERANCE: f32 = 1e-6;
+
 /// Share of the candidates in which a tie may fall otherwise.
 const MOST_CHOICES: f32 = 0.01;
 
@@ -65,8 +68,8 @@ fn solve(candidate: usize, set: &mut ContactSet) {
         patch.friction = Vec3::new(x[0], x[1], x[2]);
         patch.twist = x[3];
     }
-    for (point, x) in set.points.iter_mut().zip(random.chunks_exact(2)) {
-        (point.impulse, point.load) = (x[0], x[1]);
+    for (point, x) in set.points.iter_mut().zip(random.chunks_exact(3)) {
+        (point.impulse, point.load, point.rest) = (x[0], x[1], x[2]);
     }
 }
 
@@ -84,7 +87,7 @@ fn coded(set: &ContactSet) -> (Vec<Patch>, Vec<Contact>) {
     let contact = |p: &contacts::Contact| {
         let mut made = Contact::default();
         (made.normal, made.separation, made.point) = (p.normal, p.separation, p.point);
-        (made.impulse, made.load, made.found) = (p.impulse, p.load, p.found);
+        (made.impulse, made.load, made.found, made.rest) = (p.impulse, p.load, p.found, p.rest);
         [made.anchor_a, made.anchor_b] = p.anchors;
         made
     };
@@ -109,6 +112,7 @@ fn same_contact(a: &Contact, b: &Contact) -> bool {
         && (a.found - b.found).abs() <= TOLERANCE
         && a.impulse == b.impulse
         && a.load == b.load
+        && (a.rest - b.rest).abs() <= REST_TOLERANCE
 }
 
 /// Which bodies keep the contacts between them: none before there are any, later the plate and some of the others.

@@ -54,7 +54,7 @@ impl Value for GpuPatch {
 impl Value for GpuContact {
     fn distance(&self, other: &Self) -> f32 {
         let vectors = |contact: &Self| [contact.normal, contact.point, contact.anchor_a, contact.anchor_b];
-        let known = vectors(self) == vectors(other) && self.separation == other.separation;
+        let known = vectors(self) == vectors(other) && [self.separation, self.rest] == [other.separation, other.rest];
         let kept = if known { 0.0 } else { f32::NAN };
         kept + self.impulse.distance(&other.impulse) + self.load.distance(&other.load)
     }
@@ -113,9 +113,9 @@ fn patch(patch: &Patch) -> GpuPatch {
 
 fn contact(contact: &Contact) -> GpuContact {
     let mut out = GpuContact::zeroed();
-    let Contact { normal, point, separation, found, anchors, impulse, load } = *contact;
+    let Contact { normal, point, separation, found, anchors, impulse, load, rest } = *contact;
     (out.normal, out.point, out.separation, out.found) = (normal, point, separation, found);
-    (out.impulse, out.load) = (impulse, load);
+    (out.impulse, out.load, out.rest) = (impulse, load, rest);
     [out.anchor_a, out.anchor_b] = anchors;
     out
 }

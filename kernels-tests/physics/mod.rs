@@ -109,6 +109,7 @@ macro_rules! physics_suite {
                 a_book_leans_as_statics_say,
                 a_table_on_thin_legs_bears_a_load,
                 a_light_table_bears_several_heavy_things,
+                houses_of_cards_stand,
                 a_mug_rests_on_a_tray_on_a_table,
             ]
             bad_starts: [

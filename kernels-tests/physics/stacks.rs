@@ -237,6 +237,38 @@ pub fn a_light_table_bears_several_heavy_things(backend: &dyn Backend) {
     }
 }
 
+/// One to three pairs of cards, whose tops touch exactly, under a plate, each number other ones.
+fn house_of_cards(number: usize) -> Scenario {
+    let any = |j: usize, low: f32, high: f32| low + (high - low) * any(number, j);
+    let (thick, long, wide) = (0.5 * any(0, 0.004, 0.02), 0.5 * any(1, 0.1, 0.3), 0.5 * any(2, 0.06, 0.2));
+    let (lean, pairs, mass) = (any(3, 10.0, 25.0).to_radians(), 1 + number % 3, [0.05, 0.2, 1.0][number / 3 % 3]);
+    let (sin, cos) = lean.sin_cos();
+    let apart = 4.0 * long * sin + any(4, 0.02, 0.1) + 4.0 * thick;
+    let mut s = Scenario::default();
+    for pair in 0..pairs {
+        for side in [-1.0, 1.0] {
+            let x = pair as f32 * apart + side * (long * sin + thick * cos);
+            let at = Vec3::new(x, long * cos + thick * sin, 0.0);
+            s.cuboid(Vec3::new(thick, long, wide), mass, at, Quat::from_rotation_z(side * lean));
+        }
+    }
+    let plate = Vec3::new(0.5 * apart * ((pairs - 1) as f32 + any(5, 0.3, 0.9)), 0.5 * any(6, 0.005, 0.02), wide);
+    let at = Vec3::new(0.5 * apart * (pairs - 1) as f32, 2.0 * (long * cos + thick * sin) + plate.y, 0.0);
+    s.cuboid(plate, mass * [0.5, 1.0, 3.0][number / 9 % 3], at, Quat::IDENTITY);
+    s
+}
+
+/// What pushes the tops apart is the plate's friction; they must not lose their hold on each other to it.
+pub fn houses_of_cards_stand(backend: &dyn Backend) {
+    let mut most = 0.0f32;
+    for number in 0..27 {
+        let found = drift(backend, &house_of_cards(number), &settings(300), 200);
+        most = most.max(found.moved);
+        assert!(found.moved < 1e-3 && found.turned < 2e-3, "house {number}: {found:?}");
+    }
+    measured("largest drift of 27 houses of cards in 5 s, m", most, "< 0.001");
+}
+
 /// A mug of 31 wall wedges and a bottom: 8 cm wide, 10 cm high, walls of 4 mm.
 fn mug(s: &mut Scenario, height: f32) {
     let [inner, outer, top] = [0.036f32, 0.04, 0.1];

@@ -65,4 +65,6 @@ struct Contact {
     anchor_b: vec3<f32>,
     // The separation when the point was found, m.
     found: f32,
+    // Separation at which its spring is at rest, m: where the bodies met, or deeper once it is pressed hard.
+    rest: f32,
 }

@@ -46,6 +46,8 @@ struct Normal {
     impulse: f32,
     // `Contact::load`
     load: f32,
+    // `Contact::rest`
+    rest: f32,
 }
 
 // Friction of a patch: two directions at the centre of pressure and the twist about the normal.

@@ -8,7 +8,8 @@ use super::narrow_phase::{ManifoldPoint, reduce};
 use crate::world::{
     Pose,
     constants::{
-        JOINING_COSINE, LOAD_LOSS, MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES, PATCH_COSINE,
+        JOINING_COSINE, LEAST_RESTING_DEPTH, LOAD_LOSS, MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES,
+        PATCH_COSINE, RESTING_DEPTH,
     },
 };
 use glam::Vec3;
@@ -55,6 +56,8 @@ pub struct Contact {
     pub impulse: f32,
     /// Load that the contact has carried on average lately, N s a small step: where its spring is at rest.
     pub load: f32,
+    /// Separation at which its spring is at rest, m: where the bodies met, or deeper once it is pressed hard.
+    pub rest: f32,
 }
 
 /// Patches and points of one candidate.
@@ -122,15 +125,16 @@ impl ContactSet {
             let middle = 0.5 * (point.on_a + point.on_b);
             let on_a = if a == GROUND { middle } else { poses[a as usize].inverse_point(middle) };
             let anchors = [on_a, poses[b as usize].inverse_point(middle)];
-            let (impulse, load) = take_nearest(old_points, anchors);
+            let old = take_nearest(old_points, anchors);
             self.points.push(Contact {
                 normal: *normal,
                 point: middle,
                 separation: point.separation,
                 found: point.separation,
                 anchors,
-                impulse,
-                load,
+                impulse: old.map_or(0.0, |old| old.impulse),
+                load: old.map_or(0.0, |old| old.load),
+                rest: old.map_or(point.separation.clamp(-RESTING_DEPTH, -LEAST_RESTING_DEPTH), |old| old.rest),
             });
         }
     }
@@ -145,6 +149,11 @@ impl Contact {
         Self { point: 0.5 * (on_a + on_b), separation, ..*self }
     }
 
+    /// Where it is at rest after it was pressed to where it is.
+    pub fn yielded(&self) -> f32 {
+        self.rest.min((self.separation + RESTING_DEPTH).max(-RESTING_DEPTH))
+    }
+
     /// What it carries beyond its load, as far as it can be one: less the deeper it is. N s a small step.
     pub fn excess(&self) -> f32 {
         let share = (1.0 + LOAD_LOSS * self.separation.min(0.0)).max(0.0);
@@ -152,8 +161,8 @@ impl Contact {
     }
 }
 
-/// Impulse and load of the nearest old point, which is used up: an impulse must not be counted twice.
-fn take_nearest(old: &mut [Contact], anchors: [Vec3; 2]) -> (f32, f32) {
+/// The nearest old point, which is used up: an impulse must not be counted twice.
+fn take_nearest(old: &mut [Contact], anchors: [Vec3; 2]) -> Option<&Contact> {
     let mut nearest = (MATCH_DISTANCE * MATCH_DISTANCE, None);
     for (index, point) in old.iter().enumerate() {
         // A body that slides keeps its point in one of the two frames.
@@ -162,9 +171,9 @@ fn take_nearest(old: &mut [Contact], anchors: [Vec3; 2]) -> (f32, f32) {
             nearest = (distance, Some(index));
         }
     }
-    nearest.1.map_or((0.0, 0.0), |index| {
+    nearest.1.map(|index| {
         old[index].anchors = [Vec3::INFINITY; 2];
-        (old[index].impulse, old[index].load)
+        &old[index]
     })
 }
 

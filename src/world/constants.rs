@@ -105,8 +105,13 @@ pub const POINT_LOAD_RATE: f32 = 0.5;
 /// other would else take over each other's push without bound, and fly apart when one of them slips.
 pub const LOAD_LOSS: f32 = 125.0;
 
-/// Overlap at which bodies rest, m: without it contacts would come and go. A stack sinks by so much at every contact.
+/// Largest overlap at which bodies rest, m. Those that meet with less rest where they met, until they are pressed further
+/// together than by so much: with room to sink into each other before they bear, what leans on each other would hand its load
+/// to friction elsewhere and be left without any; without more of it under heavy things, these would sway.
 pub const RESTING_DEPTH: f32 = 0.5 * LINEAR_SLOP;
+
+/// Least overlap at which they rest, m: without it contacts would come and go. A stack sinks by so much at every contact.
+pub const LEAST_RESTING_DEPTH: f32 = 0.05 * LINEAR_SLOP;
 
 /// Fewest sweeps of a small step over the contacts as springs: every other one backwards, because sweeps in one direction
 /// leave an error that goes round and round, and crossed blocks rattle for ever. With one, stacks and

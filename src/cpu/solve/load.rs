@@ -69,7 +69,8 @@ impl<S: Simd> Wide<S> {
                     lever: to_center.dot(to_center).sqrt(),
                     impulse: point.impulse,
                     load: point.load,
-                    aim: Aim::new(start, row.mass, settings, soft),
+                    rest: point.rest,
+                    aim: Aim::new(start, point.rest, row.mass, settings, soft),
                     row,
                 });
             }
@@ -113,6 +114,7 @@ impl<S: Simd> Wide<S> {
                 let mean = sum / turns.len() as f32;
                 for contact in points {
                     let own = contact.excess() - mean;
+                    contact.rest = contact.yielded();
                     contact.load = contact.load + patch_share * mean + point_share * own;
                 }
             }

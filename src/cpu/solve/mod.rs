@@ -27,8 +27,7 @@ use super::simulate::Workspace;
 use crate::world::{
     Body, SimSettings,
     constants::{
-        CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, DEEP_PUSH_OUT_RATE, RESTING_DEPTH,
-        TOUCHING_DEPTH,
+        CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY, CONTACT_FREQUENCY_SHARE, DEEP_PUSH_OUT_RATE, TOUCHING_DEPTH,
     },
 };
 use fearless_simd::{Level, dispatch, prelude::*};
@@ -128,10 +127,11 @@ impl Softness {
         Self { bias_rate: omega / a1, mass_scale: a2 * a3, impulse_scale: a3 }
     }
 
-    /// Speed at which two surfaces are to come closer, m/s: deep overlap is left faster.
+    /// Speed at which two surfaces are to come closer, m/s, if their contact is at rest at the separation `rest`: deep
+    /// overlap is left faster.
     #[inline(always)]
-    fn push_out<S: Simd>(&self, separation: Number<S>) -> Number<S> {
+    fn push_out<S: Simd>(&self, separation: Number<S>, rest: Number<S>) -> Number<S> {
         let deep = at_most::<S>(separation + TOUCHING_DEPTH, splat(separation.token(), 0.0));
-        (separation + RESTING_DEPTH) * self.bias_rate + deep * DEEP_PUSH_OUT_RATE
+        (separation - rest) * self.bias_rate + deep * DEEP_PUSH_OUT_RATE
     }
 }

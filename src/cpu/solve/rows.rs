@@ -151,6 +151,8 @@ pub struct Normal<S: Simd> {
     pub impulse: Number<S>,
     /// `Contact::load`.
     pub load: Number<S>,
+    /// `Contact::rest`.
+    pub rest: Number<S>,
     pub aim: Aim<S>,
 }
 
@@ -171,12 +173,19 @@ pub struct Aim<S: Simd> {
 
 impl<S: Simd> Aim<S> {
     #[inline(always)]
-    pub fn new(separation: Number<S>, mass: Number<S>, settings: &SimSettings, soft: &Softness) -> Self {
+    pub fn new(
+        separation: Number<S>,
+        rest: Number<S>,
+        mass: Number<S>,
+        settings: &SimSettings,
+        soft: &Softness,
+    ) -> Self {
         let zero = splat(separation.token(), 0.0);
         let overlaps = separation.simd_le(zero);
         let deep = separation.simd_lt(splat(separation.token(), -TOUCHING_DEPTH));
         let rigid_bias = at_least::<S>(separation, zero) / settings.small_step();
-        let push_out = at_least::<S>(soft.push_out::<S>(separation), splat(separation.token(), -settings.max_push_out));
+        let push_out =
+            at_least::<S>(soft.push_out::<S>(separation, rest), splat(separation.token(), -settings.max_push_out));
         Self {
             rigid_bias,
             spring_bias: overlaps.select(push_out, rigid_bias),

@@ -213,7 +213,7 @@ impl<S: Simd> Wide<S> {
         for patch in &self.union.patches {
             let (a, b) = (&self.bodies[patch.a as usize], &self.bodies[patch.b as usize]);
             for n in &mut self.normals[patch.points()] {
-                n.aim = Aim::new(n.start + n.row.moved(a, b), n.row.mass, settings, soft);
+                n.aim = Aim::new(n.start + n.row.moved(a, b), n.rest, n.row.mass, settings, soft);
             }
         }
     }

@@ -94,6 +94,7 @@ pub struct WidePoint<S: Simd> {
     pub separation: Number<S>,
     pub impulse: Number<S>,
     pub load: Number<S>,
+    pub rest: Number<S>,
 }
 
 /// The patches and points of up to `MOST_LANES` candidates.
@@ -143,8 +144,14 @@ impl<S: Simd> Union<S> {
                 let count = patch.count as usize;
                 if wide.count < patch.count {
                     wide.count = patch.count;
-                    let blank =
-                        WidePoint { normal: origin, point: origin, separation: zero, impulse: zero, load: zero };
+                    let blank = WidePoint {
+                        normal: origin,
+                        point: origin,
+                        separation: zero,
+                        impulse: zero,
+                        load: zero,
+                        rest: zero,
+                    };
                     points.resize(wide.points().end, blank);
                 }
                 wide.a = if patch.a == GROUND { bodies.len() as u32 } else { patch.a };
@@ -162,6 +169,7 @@ impl<S: Simd> Union<S> {
                     point.separation[lane] = contact.separation;
                     point.impulse[lane] = contact.impulse;
                     point.load[lane] = contact.load;
+                    point.rest[lane] = contact.rest;
                 }
             }
             let moved = [wide.a, wide.b].map(|body| body as usize);

@@ -55,6 +55,9 @@ pub struct Contact {
     pub anchor_b: Vec3,
     /// The separation when the point was found, m.
     pub found: f32,
+    /// Separation at which its spring is at rest, m.
+    pub rest: f32,
+    pad: [u32; 3],
 }
 
 /// State of a body while a substep is solved.
@@ -119,7 +122,9 @@ pub struct Normal {
     pub impulse: f32,
     /// `Contact::load`
     pub load: f32,
-    pad: [u32; 2],
+    /// `Contact::rest`
+    pub rest: f32,
+    pad: u32,
 }
 
 /// Friction of a patch while a substep is solved.
