@@ -100,7 +100,7 @@ struct Keep(Vec<String>);
 
 impl Observer for Keep {
     fn event(&mut self, event: Event<'_>) -> Flow {
-        if let Event::GroupDone { checkpoint, .. } = event {
+        if let Some(checkpoint) = event.checkpoint() {
             self.0.push(checkpoint.to_json());
         }
         Flow::Continue

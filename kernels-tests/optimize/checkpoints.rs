@@ -1,14 +1,14 @@
 //! Runs that are interrupted, and go on.
 
 use crate::fixture::*;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Quat, Vec3};
 use rest3d_gpu::optimize::{Checkpoint, Config, OptimizeError, run_on};
 use rest3d_gpu::scene::Parent;
 use rest3d_gpu::world::{
     Backend, BackendError, Best, Distribution, Energy, IterationStats, OnStep, Pose, Search, SearchSettings,
     SimSettings, Status, Stream, World,
 };
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 #[test]
@@ -28,24 +28,32 @@ fn a_resumed_run_ends_like_an_uninterrupted_one() {
     }
 }
 
-/// A cup that every simulation pushes off its table: the second opinion sets it back.
+/// A cup that the search pushes off its table and that no simulation leaves as it is: the second opinion sets it back, and
+/// then looks in vain for a place where it stays.
 #[test]
 fn a_run_that_is_stopped_in_its_second_opinion_is_not_finished_and_resumes() {
     let mut boxes = Boxes::default();
     let table = boxes.add("table", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
     boxes.add("cup", Parent::Object(table), Vec3::splat(0.1), DVec3::Y * 0.5);
     boxes.objects[table].movable = false;
-    let backend = Fake { slide: Vec3::X * 0.8, ..Default::default() };
+    let tumble = Some((1, Quat::from_rotation_y(0.3)));
+    let backend = Fake { slide: Vec3::X * 0.8, tumble, ..Default::default() };
     let config = Config { second_opinion: true, ..frozen() };
-    let whole = go(&boxes, &backend, &config, 1, None, &mut Watch::default()).unwrap();
-    assert!(whole.finished);
-    let mut watch = Watch { stop_at_round: Some(1), ..Default::default() };
-    let stopped = go(&boxes, &backend, &config, 1, None, &mut watch).unwrap();
-    assert!(!stopped.finished && watch.rounds == 1, "{} rounds", watch.rounds);
-    let last = Checkpoint::from_json(watch.checkpoints.last().unwrap()).unwrap();
-    let resumed = go(&boxes, &backend, &config, 1, Some(last), &mut Watch::default()).unwrap();
-    assert!(resumed.finished);
-    assert_eq!(results(resumed), results(whole));
+    let mut watch = Watch::default();
+    let whole = go(&boxes, &backend, &config, 1, None, &mut watch).unwrap();
+    let rounds = watch.rounds;
+    assert!(whole.finished && rounds > 1, "{rounds} rounds");
+    for stop_at in 1..=rounds {
+        let mut watch = Watch { stop_at_round: Some(stop_at), ..Default::default() };
+        let stopped = go(&boxes, &backend, &config, 1, None, &mut watch).unwrap();
+        assert!(!stopped.finished && watch.rounds == stop_at, "{} rounds", watch.rounds);
+        let last = Checkpoint::from_json(watch.checkpoints.last().unwrap()).unwrap();
+        let mut watch = Watch::default();
+        let resumed = go(&boxes, &backend, &config, 1, Some(last), &mut watch).unwrap();
+        assert!(resumed.finished);
+        assert_eq!(watch.rounds, rounds + 1 - stop_at, "rounds that are done are not repeated");
+        assert_eq!(results(resumed), results(whole.clone()));
+    }
 }
 
 #[test]
@@ -82,20 +90,28 @@ fn a_checkpoint_of_another_run_is_refused() {
 fn a_checkpoint_whose_content_does_not_fit_together_is_refused() {
     let (boxes, backend, mut watch) = (room(), Fake::default(), Watch::default());
     go(&boxes, &backend, &config(), 3, None, &mut watch).unwrap();
-    let whole: Value = serde_json::from_str(&watch.checkpoints[1]).unwrap();
-    let damaged = |damage: fn(&mut Value)| {
-        let mut value = whole.clone();
+    let damaged = |of: usize, damage: fn(&mut Value)| {
+        let mut value: Value = serde_json::from_str(&watch.checkpoints[of]).unwrap();
         damage(&mut value);
         let checkpoint = Checkpoint::from_json(&value.to_string()).unwrap();
         let error = go(&boxes, &backend, &config(), 3, Some(checkpoint), &mut Watch::default()).unwrap_err();
         assert!(matches!(&error, OptimizeError::Checkpoint(text) if text.contains("delete it")), "{error}");
     };
-    damaged(|value| value["completed"] = 99.into());
-    damaged(|value| value["completed"] = 0.into());
-    damaged(|value| value["groups"] = Value::Array(Vec::new()));
-    damaged(|value| value["iterations"][0]["group"] = 77.into());
-    damaged(|value| value["layout"][0] = vec![0.0; 7].into());
-    damaged(|value| value["layout"][0][0] = 1e300.into());
+    damaged(1, |value| value["completed"] = 99.into());
+    damaged(1, |value| value["completed"] = 0.into());
+    damaged(1, |value| value["groups"] = Value::Array(Vec::new()));
+    damaged(1, |value| value["iterations"][0]["group"] = 77.into());
+    damaged(1, |value| value["layout"][0] = vec![0.0; 7].into());
+    damaged(1, |value| value["layout"][0][0] = 1e300.into());
+    let opinion = |value: &mut Value| {
+        value["opinion"] = json!({ "progress": { "rounds": 1, "idle": 0 }, "layout": value["layout"] });
+    };
+    damaged(1, opinion);
+    damaged(3, |value| value["opinion"] = json!({ "progress": { "rounds": 1, "idle": 0 }, "layout": [] }));
+    let mut value: Value = serde_json::from_str(&watch.checkpoints[3]).unwrap();
+    opinion(&mut value);
+    let checkpoint = Checkpoint::from_json(&value.to_string()).unwrap();
+    go(&boxes, &backend, &config(), 3, Some(checkpoint), &mut Watch::default()).unwrap();
 }
 
 /// The same, but its device fails for good after so many iterations, and another slide tells it from `Fake`.

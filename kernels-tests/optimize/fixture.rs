@@ -72,7 +72,9 @@ impl Backend for Fake {
         }
         let mut poses = starts.to_vec();
         if let Some((body, turn)) = self.tumble {
-            poses[body].rotation = turn * poses[body].rotation;
+            for pose in poses.iter_mut().skip(body).step_by(world.bodies.len()) {
+                pose.rotation = turn * pose.rotation;
+            }
         }
         for step in 0..settings.steps {
             if on_step(step, &poses, &vec![Velocity::default(); starts.len()]) == Flow::Stop {
@@ -131,7 +133,8 @@ impl Observer for Watch {
             Event::GroupDone { checkpoint, .. } => self.checkpoints.push(checkpoint.to_json()),
             Event::Seating | Event::Placing | Event::Settling => {}
             Event::Parting | Event::Verifying => {}
-            Event::Reconsidering { .. } => {
+            Event::Reconsidering { checkpoint, .. } => {
+                self.checkpoints.push(checkpoint.to_json());
                 self.rounds += 1;
                 if self.stop_at_round == Some(self.rounds) {
                     return Flow::Stop;

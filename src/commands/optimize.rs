@@ -200,7 +200,7 @@ struct Watch<'a> {
 impl Observer for Watch<'_> {
     fn event(&mut self, event: Event<'_>) -> Flow {
         self.progress.show(&event);
-        if let Event::GroupDone { checkpoint, .. } = event
+        if let Some(checkpoint) = event.checkpoint()
             && let Err(error) = write_whole(self.checkpoint, checkpoint.to_json().as_bytes())
         {
             self.progress.line(&format!(

@@ -81,7 +81,7 @@ impl SearchProgress {
                 }
             }
             Event::Settling => self.stage("settling to rest"),
-            Event::Reconsidering { failing } => {
+            Event::Reconsidering { failing, .. } => {
                 self.stage(&format!(
                     "searching once more: {failing} would move with other convex parts, lean or are off their supports"
                 ));

@@ -1,4 +1,5 @@
-//! What a run needs to go on after an interruption: written after every group, read by `--resume`.
+//! What a run needs to go on after an interruption: written after every group and before every round of the second opinion,
+//! read by `--resume`.
 //!
 //! Hashes of the scene, the shapes and the configuration guard against going on with something else. Poses are stored as
 //! shortest decimals that read back to the same bits, so a resumed run ends exactly where an uninterrupted one does.
@@ -10,9 +11,9 @@ use blake3::Hasher;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
-/// State of a run between two groups.
+/// State of a run between two groups, or between two rounds of its second opinion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoint {
@@ -28,6 +29,26 @@ pub struct Checkpoint {
     pub(super) groups: Vec<GroupRecord>,
     pub(super) iterations: Vec<IterationRecord>,
     pub(super) notes: Vec<String>,
+    opinion: Option<Opinion>,
+}
+
+/// State of the second opinion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Opinion {
+    progress: Progress,
+    /// Pose of every object in the best layout so far.
+    layout: Vec<[f64; 7]>,
+}
+
+/// How far the second opinion is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Progress {
+    /// Rounds that are done.
+    pub rounds: u32,
+    /// How many of the last of them found nothing better.
+    pub idle: u32,
 }
 
 impl Checkpoint {
@@ -45,6 +66,7 @@ impl Checkpoint {
             groups: Vec::new(),
             iterations: Vec::new(),
             notes: Vec::new(),
+            opinion: None,
         };
         checkpoint.set_layout(&layout);
         checkpoint
@@ -70,8 +92,14 @@ impl Checkpoint {
     fn is_whole(&self, groups: usize) -> bool {
         let records = self.groups.len() == self.completed && self.completed <= groups;
         let iterations = self.iterations.iter().all(|record| record.group < self.completed);
-        let poses = self.layout().iter().all(|pose| scene::is_near(pose.translation) && pose.rotation.is_normalized());
-        records && iterations && poses
+        let poses = |layout: &[[f64; 7]]| {
+            let mut poses = layout.iter().map(pose);
+            poses.all(|pose| scene::is_near(pose.translation) && pose.rotation.is_normalized())
+        };
+        let opinion = self.opinion.as_ref().is_none_or(|opinion| {
+            self.completed == groups && opinion.layout.len() == self.layout.len() && poses(&opinion.layout)
+        });
+        records && iterations && poses(&self.layout) && opinion
     }
 
     /// Refuses a checkpoint of another run. `fresh` is the start of this one, which has so many `groups`.
@@ -105,11 +133,16 @@ impl Checkpoint {
 
     /// Pose of every object.
     pub(super) fn layout(&self) -> Vec<scene::Pose> {
-        let pose = |&[x, y, z, i, j, k, w]: &[f64; 7]| scene::Pose {
-            rotation: DQuat::from_xyzw(i, j, k, w),
-            translation: DVec3::new(x, y, z),
-        };
         self.layout.iter().map(pose).collect()
+    }
+
+    /// How far the second opinion is, and the best layout that it has found; none before its first round.
+    pub(super) fn opinion(&self) -> Option<(Progress, Vec<scene::Pose>)> {
+        self.opinion.as_ref().map(|opinion| (opinion.progress, opinion.layout.iter().map(pose).collect()))
+    }
+
+    pub(super) fn set_opinion(&mut self, progress: Progress, layout: &[scene::Pose]) {
+        self.opinion = Some(Opinion { progress, layout: layout.iter().map(numbers).collect() });
     }
 
     pub(super) fn set_layout(&mut self, layout: &[scene::Pose]) {
@@ -120,6 +153,10 @@ impl Checkpoint {
 fn numbers(pose: &scene::Pose) -> [f64; 7] {
     let ([x, y, z], [i, j, k, w]) = (pose.translation.to_array(), pose.rotation.to_array());
     [x, y, z, i, j, k, w]
+}
+
+fn pose(&[x, y, z, i, j, k, w]: &[f64; 7]) -> scene::Pose {
+    scene::Pose { rotation: DQuat::from_xyzw(i, j, k, w), translation: DVec3::new(x, y, z) }
 }
 
 /// Names what a run depends on: poses and tree of the scene, the bodies, and the configuration. Equal for equal runs.

@@ -42,7 +42,7 @@ impl Run<'_> {
             (settled_after, at_rest) = self.settle(global, &world, &starts, &mut layout, &mut state.notes)?;
             let opinions = Opinions::new(self, global, &layout);
             if finished && self.config.second_opinion {
-                finished = opinions.improve(&mut layout, observer)? == Flow::Continue;
+                finished = opinions.improve(&mut layout, &mut state, observer)? == Flow::Continue;
             }
             timings.settle = clock.elapsed().as_secs_f64();
 

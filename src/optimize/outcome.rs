@@ -30,7 +30,7 @@ pub enum Event<'a> {
         /// Its numbers.
         stats: &'a IterationStats,
     },
-    /// A group is done; the checkpoint may be written now.
+    /// A group is done.
     GroupDone {
         /// Index of the group in the plan.
         group: usize,
@@ -43,11 +43,23 @@ pub enum Event<'a> {
     Reconsidering {
         /// How many objects that are.
         failing: usize,
+        /// Everything needed to go on from here.
+        checkpoint: &'a super::Checkpoint,
     },
     /// Meshes that touch are parted.
     Parting,
     /// The result is checked.
     Verifying,
+}
+
+impl Event<'_> {
+    /// What may be written now to go on from here later.
+    pub fn checkpoint(&self) -> Option<&super::Checkpoint> {
+        match self {
+            Self::GroupDone { checkpoint, .. } | Self::Reconsidering { checkpoint, .. } => Some(checkpoint),
+            _ => None,
+        }
+    }
 }
 
 /// Watches a run; `Flow::Stop` ends it after the current iteration with the best layout so far.

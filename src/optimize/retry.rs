@@ -56,8 +56,8 @@ struct Keeper<'a> {
 
 impl Observer for Keeper<'_> {
     fn event(&mut self, event: Event<'_>) -> Flow {
-        if let Event::GroupDone { checkpoint, .. } = &event {
-            self.last = Some((*checkpoint).clone());
+        if let Some(checkpoint) = event.checkpoint() {
+            self.last = Some(checkpoint.clone());
         }
         self.observer.event(event)
     }

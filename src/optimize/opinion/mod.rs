@@ -16,7 +16,7 @@ mod focus;
 mod runs;
 mod trial;
 
-use super::{Event, Observer, groups::Group, projection, run::Run, verify::verify};
+use super::{Checkpoint, Event, Observer, checkpoint::Progress, groups::Group, projection, run::Run, verify::verify};
 use crate::scene;
 use crate::world::{BackendError, Flow};
 use runs::{LEVEL_OTHERWISE, Model};
@@ -55,40 +55,50 @@ impl<'a> Opinions<'a> {
         Self { run, group: group.clone(), models, settling, known: vec![Release::default(); layout.len()] }
     }
 
-    /// Searches what does not stand in all runs once more. The layout stays as it is unless a better one is found. `Stop` if the
-    /// observer ended it early.
-    pub fn improve(&self, layout: &mut Layout, observer: &mut dyn Observer) -> Result<Flow, BackendError> {
-        let mut best = self.judge(vec![layout.clone()])?.swap_remove(0);
-        // Other engines' parts reach farther sideways. What then moves is searched like everything that does.
-        if let Some(spread) = projection::spread(self.run.scene, &self.run.rigs, layout, &self.group) {
-            let roomy = self.judge(self.settled(&self.settling, &[spread])?)?.swap_remove(0);
-            if roomy.lost.len() <= best.lost.len() {
-                best = roomy;
-            }
-        }
-        let (mut idle, mut flow) = (0, Flow::Continue);
-        for round in 0..ROUNDS {
-            if best.failing.is_empty() || idle == PATIENCE {
-                break;
-            }
-            flow = observer.event(Event::Reconsidering { failing: best.failing.len() });
+    /// Searches what does not stand in all runs once more, from where `state` has it. The layout stays as it is unless a better
+    /// one is found. `Stop` if the observer ended it early.
+    pub fn improve(
+        &self,
+        layout: &mut Layout,
+        state: &mut Checkpoint,
+        observer: &mut dyn Observer,
+    ) -> Result<Flow, BackendError> {
+        let (mut progress, mut best) = match state.opinion() {
+            Some((progress, layout)) => (progress, self.judge(vec![layout])?.swap_remove(0)),
+            None => (Progress::default(), self.roomy(layout)?),
+        };
+        let mut flow = Flow::Continue;
+        while progress.rounds < ROUNDS && progress.idle < PATIENCE && !best.failing.is_empty() {
+            state.set_opinion(progress, &best.layout);
+            flow = observer.event(Event::Reconsidering { failing: best.failing.len(), checkpoint: state });
             if flow == Flow::Stop {
                 break;
             }
-            let mut trials = self.focused(&best).round(&best, round)?;
+            let mut trials = self.focused(&best).round(&best, progress.rounds)?;
             trials.retain(|trial| trial.cost + WORTH < best.cost);
             trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             let finalists: Vec<Layout> = trials.into_iter().take(FINALISTS).map(|trial| trial.layout).collect();
             let trials = self.judge_copies(self.settled(&self.settling, &finalists)?, &best)?;
-            idle += 1;
+            progress = Progress { rounds: progress.rounds + 1, idle: progress.idle + 1 };
             if let Some(cheapest) = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
                 && cheapest.cost + WORTH < best.cost
             {
-                (best, idle) = (cheapest, 0);
+                (best, progress.idle) = (cheapest, 0);
             }
         }
         *layout = best.layout;
         Ok(flow)
+    }
+
+    /// The layout, or the same with room between what stands side by side if that costs no support: other engines' parts reach
+    /// farther sideways. What then moves is searched like everything that does.
+    fn roomy(&self, layout: &Layout) -> Result<Trial, BackendError> {
+        let here = self.judge(vec![layout.clone()])?.swap_remove(0);
+        let Some(spread) = projection::spread(self.run.scene, &self.run.rigs, layout, &self.group) else {
+            return Ok(here);
+        };
+        let roomy = self.judge(self.settled(&self.settling, &[spread])?)?.swap_remove(0);
+        Ok(if roomy.lost.len() <= here.lost.len() { roomy } else { here })
     }
 
     /// Copies and mixtures of the best layout, judged.
