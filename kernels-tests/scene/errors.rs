@@ -62,6 +62,7 @@ fn every_error_of_the_contract_names_object_field_and_remedy() {
         mug("mass", json!(-1.5), "-1.5 is not"),
         mug("mass", json!("heavy"), "\"heavy\" is not"),
         mug("mass", json!(1e60), "out of range"),
+        mug("mass", json!(1e-30), "out of range (1e-12 to 1e10 kg)"),
         // The document.
         (json!([]), None, None, "[] is not a JSON object"),
         (json!({}), None, Some("format"), "missing"),

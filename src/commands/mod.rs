@@ -20,7 +20,7 @@ mod replay;
 mod shapes;
 mod simulate;
 
-use clap::{Parser, Subcommand};
+use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use rest3d_gpu::{optimize::OptimizeError, scene::SceneError, world::BackendError};
 use serde::Serialize;
 use std::fmt::{Arguments, Display};
@@ -54,6 +54,17 @@ enum Command {
 }
 
 impl Cli {
+    /// What was asked for on the command line; ends the program where that makes no sense.
+    pub fn read() -> Self {
+        // A negative number is told what it may be, not taken for an unknown option.
+        let numbers = |arg: Arg| match arg.get_action().takes_values() {
+            true => arg.allow_negative_numbers(true),
+            false => arg,
+        };
+        let matches = Self::command().mut_subcommands(|command| command.mut_args(numbers)).get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+
     /// Runs the command that was asked for.
     ///
     /// # Errors

@@ -37,7 +37,7 @@ pub struct Args {
     /// Seed of all random numbers: same seed, same machine, same result
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Candidates per iteration, in place of the configuration's
+    /// Candidates simulated per iteration, in place of the configuration's; as many times more are drawn as its `draws` say
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
     candidates: Option<u32>,
     /// Iterations per episode, in place of the configuration's

@@ -20,12 +20,16 @@ use frame::Frame;
 pub(crate) use frame::is_near;
 use glam::{DQuat, DVec3};
 use serde_json::Value;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// Longest side below which an object's size is taken for a mistake of unit, m.
 pub const MIN_SIZE: f64 = 1e-3;
 /// Longest side above which an object's size is taken for a mistake of unit, m.
 pub const MAX_SIZE: f64 = 100.0;
+
+/// Masses that an object may have, kg: from a needle of `MIN_SIZE` to a block of `MAX_SIZE`.
+pub const MASSES: RangeInclusive<f64> = 1e-12..=1e10;
 
 /// A rigid pose in metres, Y up: `world = rotation · (scale ∘ vertex) + translation`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::fields::{Fields, finite, found, numbers};
 use super::frame::{Frame, is_near};
-use super::{Object, Parent, Pose, Relation, Root, SceneError};
+use super::{MASSES, Object, Parent, Pose, Relation, Root, SceneError};
 use glam::{DQuat, DVec3};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -115,8 +115,9 @@ fn scale(context: &Context<'_>, fields: &Fields<'_>) -> Result<DVec3, SceneError
 fn mass(fields: &Fields<'_>) -> Result<Option<f64>, SceneError> {
     let mass = fields.positive("mass")?;
     match mass {
-        Some(mass) if !(mass as f32).is_normal() => {
-            Err(fields.error("mass", format!("{mass:e} kg is out of range"), "write the mass in kilograms"))
+        Some(kilograms) if !MASSES.contains(&kilograms) => {
+            let problem = format!("{kilograms:e} kg is out of range ({:e} to {:e} kg)", MASSES.start(), MASSES.end());
+            Err(fields.error("mass", problem, "write the mass in kilograms"))
         }
         _ => Ok(mass),
     }
