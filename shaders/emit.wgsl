@@ -130,7 +130,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             }
             var impulse = 0.0;
             var load = 0.0;
-            var rest = clamp(source.separation, -RESTING_DEPTH, -LEAST_RESTING_DEPTH);
+            var rest = 0.0;
             if (nearest != NONE) {
                 impulse = old_contacts[old_point + nearest].impulse;
                 load = old_contacts[old_point + nearest].load;

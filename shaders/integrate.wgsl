@@ -104,9 +104,12 @@ fn all_finite(v: vec3<f32>) -> bool {
     return is_finite(bitcast<u32>(v.x)) && is_finite(bitcast<u32>(v.y)) && is_finite(bitcast<u32>(v.z));
 }
 
-// Where a contact is at rest after it was pressed to where it is.
-fn yielded(contact: Contact) -> f32 {
-    return min(contact.rest, max(contact.separation + RESTING_DEPTH, -RESTING_DEPTH));
+// Where a contact is at rest after a substep: deeper if it was pressed hard, and ever deeper if it is one of the `points` of a
+// face.
+fn yielded(normal: Normal, points: u32) -> f32 {
+    let pressed = min(normal.rest, normal.separation + RESTING_DEPTH);
+    let sunk = select(pressed, pressed - RESTING_RATE * sim.substep, points > MAX_EDGE_POINTS);
+    return max(sunk, -RESTING_DEPTH);
 }
 
 // What a contact carries beyond its load, as far as it can be one: less the deeper it is.
@@ -163,7 +166,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let count = patches[i].count;
         let end = first + count;
         for (var k = 0u; k < count; k++) {
-            contacts[first + turn_of(k, count)].impulse = normals[first + k].impulse;
+            let i = first + turn_of(k, count);
+            contacts[i].impulse = normals[first + k].impulse;
+            contacts[i].rest = yielded(normals[first + k], count);
         }
         var mean = 0.0;
         for (var j = first; j < end; j++) {
@@ -172,7 +177,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         mean /= f32(count);
         for (var j = first; j < end; j++) {
             let own = excess(contacts[j]) - mean;
-            contacts[j].rest = yielded(contacts[j]);
             contacts[j].load = contacts[j].load + patch_share * mean + point_share * own;
         }
     }

@@ -2,6 +2,7 @@
 // patches. Part of `cpu::solve::Solver::substep`.
 
 #import batch
+#import constants
 #import contact
 #import grid
 #import pose
@@ -74,16 +75,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             let contact = contacts[first + turn_of(k, at.count)];
             let row = row_along(contact.normal, contact.point - origin_a, contact.point - origin_b, a, b);
             let lever = distance(contact.point, center);
+            let separation = contact.separation - sim.rest_offset;
+            let met = clamp(separation, -RESTING_DEPTH, -LEAST_RESTING_DEPTH);
             normals[first + k] = Normal(
                 row.axis,
                 mass_of(row, a, b),
                 row.torque_a,
-                contact.separation - sim.rest_offset,
+                separation,
                 row.torque_b,
                 lever,
                 contact.impulse,
                 contact.load,
-                contact.rest,
+                select(met, contact.rest, contact.rest < 0.0),
             );
             friction.limit += contact.impulse;
             friction.twist_limit += contact.impulse * lever;

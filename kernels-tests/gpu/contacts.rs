@@ -21,9 +21,6 @@ pub const TESTS: &[Test] = &[
 /// Of positions in metres and of unit normals.
 const TOLERANCE: f32 = 1e-5;
 
-/// The same between depths at which contacts rest, m.
-const REST_TOLERANCE: f32 = 1e-6;
-
 /// Share of the candidates in which a tie may fall otherwise.
 const MOST_CHOICES: f32 = 0.01;
 
@@ -112,7 +109,7 @@ fn same_contact(a: &Contact, b: &Contact) -> bool {
         && (a.found - b.found).abs() <= TOLERANCE
         && a.impulse == b.impulse
         && a.load == b.load
-        && (a.rest - b.rest).abs() <= REST_TOLERANCE
+        && a.rest == b.rest
 }
 
 /// Which bodies keep the contacts between them: none before there are any, later the plate and some of the others.

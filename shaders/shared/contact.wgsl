@@ -65,6 +65,6 @@ struct Contact {
     anchor_b: vec3<f32>,
     // The separation when the point was found, m.
     found: f32,
-    // Separation at which its spring is at rest, m: where the bodies met, or deeper once it is pressed hard.
+    // Separation less the rest offset at which its spring is at rest, m; 0 before the first substep.
     rest: f32,
 }

@@ -8,8 +8,7 @@ use super::narrow_phase::{ManifoldPoint, reduce};
 use crate::world::{
     Pose,
     constants::{
-        JOINING_COSINE, LEAST_RESTING_DEPTH, LOAD_LOSS, MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES,
-        PATCH_COSINE, RESTING_DEPTH,
+        JOINING_COSINE, LOAD_LOSS, MATCH_COSINE, MATCH_DISTANCE, MAX_GATHERED_POINTS, MAX_PATCHES, PATCH_COSINE,
     },
 };
 use glam::Vec3;
@@ -56,7 +55,7 @@ pub struct Contact {
     pub impulse: f32,
     /// Load that the contact has carried on average lately, N s a small step: where its spring is at rest.
     pub load: f32,
-    /// Separation at which its spring is at rest, m: where the bodies met, or deeper once it is pressed hard.
+    /// Separation less the rest offset at which its spring is at rest, m; 0 before the first substep.
     pub rest: f32,
 }
 
@@ -134,7 +133,7 @@ impl ContactSet {
                 anchors,
                 impulse: old.map_or(0.0, |old| old.impulse),
                 load: old.map_or(0.0, |old| old.load),
-                rest: old.map_or(point.separation.clamp(-RESTING_DEPTH, -LEAST_RESTING_DEPTH), |old| old.rest),
+                rest: old.map_or(0.0, |old| old.rest),
             });
         }
     }
@@ -147,11 +146,6 @@ impl Contact {
         let on_b = poses[b as usize].point(self.anchors[1]);
         let separation = self.found + self.normal.dot(on_b - on_a);
         Self { point: 0.5 * (on_a + on_b), separation, ..*self }
-    }
-
-    /// Where it is at rest after it was pressed to where it is.
-    pub fn yielded(&self) -> f32 {
-        self.rest.min((self.separation + RESTING_DEPTH).max(-RESTING_DEPTH))
     }
 
     /// What it carries beyond its load, as far as it can be one: less the deeper it is. N s a small step.

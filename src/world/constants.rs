@@ -110,8 +110,15 @@ pub const LOAD_LOSS: f32 = 125.0;
 /// to friction elsewhere and be left without any; without more of it under heavy things, these would sway.
 pub const RESTING_DEPTH: f32 = 0.5 * LINEAR_SLOP;
 
-/// Least overlap at which they rest, m: without it contacts would come and go. A stack sinks by so much at every contact.
+/// Least overlap at which they rest, m: without it contacts would come and go.
 pub const LEAST_RESTING_DEPTH: f32 = 0.05 * LINEAR_SLOP;
+
+/// How fast faces on faces sink to `RESTING_DEPTH`, m/s: a spring that is at rest deeper pulls both ways over a longer way, and
+/// light tables under several heavy things rattle without it. Edges do not, for things lean on edges.
+pub const RESTING_RATE: f32 = 2e-5;
+
+/// Most contact points of an edge; what has more is a face.
+pub const MAX_EDGE_POINTS: usize = 2;
 
 /// Fewest sweeps of a small step over the contacts as springs: every other one backwards, because sweeps in one direction
 /// leave an error that goes round and round, and crossed blocks rattle for ever. With one, stacks and

@@ -6,7 +6,7 @@ use super::{Softness, Wide, unsigned};
 use crate::cpu::simulate::Workspace;
 use crate::world::{
     Body, SimSettings,
-    constants::{PATCH_LOAD_RATE, POINT_LOAD_RATE},
+    constants::{LEAST_RESTING_DEPTH, MAX_EDGE_POINTS, PATCH_LOAD_RATE, POINT_LOAD_RATE, RESTING_DEPTH, RESTING_RATE},
 };
 use fearless_simd::prelude::*;
 use glam::{Mat3, Vec3};
@@ -64,13 +64,15 @@ impl<S: Simd> Wide<S> {
                 let row = Row::along(point.normal, arms(point.point), a, b);
                 let to_center = point.point - patch.center;
                 let start = point.separation - settings.rest_offset;
+                let met = start.max(splat(simd, -RESTING_DEPTH)).min(splat(simd, -LEAST_RESTING_DEPTH));
+                let rest = point.rest.simd_lt(splat(simd, 0.0)).select(point.rest, met);
                 self.normals.push(Normal {
                     start,
                     lever: to_center.dot(to_center).sqrt(),
                     impulse: point.impulse,
                     load: point.load,
-                    rest: point.rest,
-                    aim: Aim::new(start, point.rest, row.mass, settings, soft),
+                    rest,
+                    aim: Aim::new(start, rest, row.mass, settings, soft),
                     row,
                 });
             }
@@ -112,12 +114,21 @@ impl<S: Simd> Wide<S> {
                     sum += contact.excess();
                 }
                 let mean = sum / turns.len() as f32;
-                for contact in points {
+                for (contact, &turn) in points.iter_mut().zip(turns) {
                     let own = contact.excess() - mean;
-                    contact.rest = contact.yielded();
+                    let normal = &normals[turn];
+                    contact.rest = yielded(normal.rest[lane], normal.start[lane], turns.len(), dt);
                     contact.load = contact.load + patch_share * mean + point_share * own;
                 }
             }
         }
     }
+}
+
+/// Where a contact is at rest after a substep of `dt` that it began at `separation`: deeper if it was pressed hard, and ever
+/// deeper if it is one of the `points` of a face.
+fn yielded(rest: f32, separation: f32, points: usize, dt: f32) -> f32 {
+    let pressed = rest.min(separation + RESTING_DEPTH);
+    let sunk = if points > MAX_EDGE_POINTS { pressed - RESTING_RATE * dt } else { pressed };
+    sunk.max(-RESTING_DEPTH)
 }

@@ -55,7 +55,7 @@ pub struct Contact {
     pub anchor_b: Vec3,
     /// The separation when the point was found, m.
     pub found: f32,
-    /// Separation at which its spring is at rest, m.
+    /// Separation less the rest offset at which its spring is at rest, m; 0 before the first substep.
     pub rest: f32,
     pad: [u32; 3],
 }
