@@ -71,7 +71,7 @@ pub fn five_in_one_place_come_apart(backend: &dyn Backend) {
             s.cuboid(Vec3::splat(0.1), 1.0, at, Quat::from_rotation_y(beside(3)));
         }
         let states = comes_apart(backend, "five in one place", &s, &settings);
-        // At rest bodies overlap by half a slop; the spring alone, without the push for deep overlap, leaves twice this.
+        // At rest bodies overlap by half a slop at most; the spring alone, without the push for deep overlap, leaves twice this.
         let left = overlap(&s.world(), &states[59]);
         assert!(left < 2.0 * LINEAR_SLOP, "{left} m overlap: they have not come to rest");
     }

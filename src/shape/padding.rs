@@ -8,8 +8,8 @@ use super::cover::follow;
 use super::hull::Hull;
 use glam::Vec4;
 
-/// How far a part stands out beyond its mesh on all sides, m: one and a half times the overlap of bodies at rest, so that
-/// meshes are twice that apart.
+/// How far a part stands out beyond its mesh on all sides, m: one and a half times the largest overlap of bodies at rest, so
+/// that meshes are at least twice that apart.
 pub const PADDING: f32 = 0.075e-3;
 
 /// A hull with all its faces moved outwards by `PADDING`, as far as that goes without spikes or more vertices.
