@@ -146,7 +146,7 @@ fn files(
     let mut report = serde_json::to_vec_pretty(report)
         .map_err(|error| Failure::Other(format!("report.json: cannot be written as JSON: {error}")))?;
     report.push(b'\n');
-    let parts = part_files(&scene, shapes);
+    let parts = part_files(&scene, &outcome.parts);
     for ((object, parts), shape) in scene.objects.iter_mut().zip(&parts).zip(shapes) {
         object.convex_parts = parts.iter().map(|(name, _)| dir.join(name)).collect();
         object.mass.get_or_insert(shape.mass.mass.into());

@@ -2,15 +2,17 @@
 
 use super::{
     Checkpoint, Clearances, Event, GroupRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings, exact,
+    footing::Written,
     groups::Group,
     opinion::Opinions,
+    rig::Rig,
     room::Placer,
     run::Run,
     settle::settle,
     support,
     verify::{Motion, Verified, verify},
 };
-use crate::scene;
+use crate::scene::{self, Parent};
 use crate::world::{BackendError, Flow, Pose, World, angle_between};
 use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
@@ -30,6 +32,7 @@ impl Run<'_> {
         let mut layout = state.layout();
         let mut timings = Timings { seat: self.seat_seconds, ..timings(&self.groups, &state.groups) };
         let (mut settled_after, mut at_rest) = (0.0, true);
+        let mut written = Written::new(self.shapes, &layout, &vec![true; layout.len()]);
         let mut verified = None;
         let mut overlaps = vec![0.0; layout.len()];
         let mut otherwise = vec![true; layout.len()];
@@ -53,13 +56,11 @@ impl Run<'_> {
 
             let clock = Instant::now();
             observer.event(Event::Verifying);
-            let world = global.world(&self.rigs, &self.leant_on, &layout, &self.seated);
-            let (simulation, starts) = (self.config.fine(), global.starts(&self.rigs, &self.leant_on, &layout));
-            let checked = verify(self.backend, &world, &simulation, &self.config.verify, &starts)?;
-            verified = checked.usable[0].then_some(checked);
+            (written, verified) = self.written(global, &layout)?;
             otherwise = opinions.second(&layout)?;
             timings.verify = clock.elapsed().as_secs_f64();
-            let depths = self.backend.overlaps(&world, &simulation, &starts)?;
+            let (world, starts) = self.let_go(global, &written.rigs, &layout);
+            let depths = self.backend.overlaps(&world, &self.config.fine(), &starts)?;
             for (pair, &depth) in world.pairs.iter().zip(&depths) {
                 // A wall is no object.
                 for &object in pair.iter().filter_map(|&body| global.objects.get(body as usize)) {
@@ -82,7 +83,8 @@ impl Run<'_> {
         Ok(Outcome {
             room: self.room.clone(),
             placements,
-            objects: self.assess(&layout, verified.as_ref(), &otherwise, &overlaps),
+            objects: self.assess(&layout, (verified.as_ref(), &written.rigs), &otherwise, &overlaps),
+            parts: written.parts,
             groups: state.groups,
             iterations: state.iterations,
             finished,
@@ -98,6 +100,34 @@ impl Run<'_> {
         match self.config.exact {
             true => exact::part_meshes(self.scene, self.shapes, &self.room, layout),
             false => exact::look(self.scene, self.shapes, &self.room, layout),
+        }
+    }
+
+    /// The layout as it is let go for the check, with these bodies.
+    fn let_go(&self, global: &Group, rigs: &[Rig], layout: &[scene::Pose]) -> (World, Vec<Pose>) {
+        (global.world(rigs, &self.leant_on, layout, &self.seated), global.starts(rigs, &self.leant_on, layout))
+    }
+
+    /// What is written of a layout, and its check, if that can be simulated. What then moves, and what bears it, keeps the
+    /// parts that were searched with.
+    fn written(&self, global: &Group, layout: &[scene::Pose]) -> Result<(Written, Option<Verified>), BackendError> {
+        let mut kept = vec![false; layout.len()];
+        loop {
+            let written = Written::new(self.shapes, layout, &kept);
+            let (world, starts) = self.let_go(global, &written.rigs, layout);
+            let checked = verify(self.backend, &world, &self.config.fine(), &self.config.verify, &starts)?;
+            let moves = |body: usize| !checked.usable[0] || !checked.motions[body].is_still(&self.config.verify);
+            let moving = global.moving().filter(|&(body, object)| moves(body) && !kept[object]);
+            let moving: Vec<usize> = moving.map(|(_, object)| object).collect();
+            if moving.is_empty() {
+                return Ok((written, checked.usable[0].then_some(checked)));
+            }
+            for object in moving {
+                kept[object] = true;
+                if let Parent::Object(bearer) = self.scene.objects[object].parent {
+                    kept[bearer] = true;
+                }
+            }
         }
     }
 
@@ -130,11 +160,11 @@ impl Run<'_> {
     fn assess(
         &self,
         layout: &[scene::Pose],
-        verified: Option<&Verified>,
+        (verified, rigs): (Option<&Verified>, &[Rig]),
         otherwise: &[bool],
         overlaps: &[f32],
     ) -> Vec<ObjectOutcome> {
-        let mut bodies: Vec<Pose> = self.rigs.iter().zip(layout).map(|(rig, pose)| rig.body(pose)).collect();
+        let mut bodies: Vec<Pose> = rigs.iter().zip(layout).map(|(rig, pose)| rig.body(pose)).collect();
         let mut motions = vec![None; layout.len()];
         if let (Some(verified), Some(global)) = (verified, self.groups.last()) {
             for (body, object) in global.moving() {
@@ -142,10 +172,10 @@ impl Run<'_> {
                 motions[object] = Some(verified.motions[body]);
             }
         }
-        let lost = support::lost(self.scene, &self.rigs, &bodies);
+        let lost = support::lost(self.scene, rigs, &bodies);
         (0..layout.len())
             .map(|i| {
-                let (rig, pose, input) = (&self.rigs[i], &layout[i], &self.input[i]);
+                let (rig, pose, input) = (&rigs[i], &layout[i], &self.input[i]);
                 let simulated = !self.scene.is_static(i);
                 let turned = angle(pose, input);
                 let turned_at_end = f64::from(angle_between(bodies[i].rotation, rig.body(input).rotation));

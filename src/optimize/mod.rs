@@ -11,6 +11,7 @@ mod config;
 mod edge;
 mod exact;
 mod finish;
+mod footing;
 mod groups;
 mod opinion;
 mod outcome;

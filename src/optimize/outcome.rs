@@ -2,6 +2,7 @@
 
 use super::{Clearances, Placement, Room};
 use crate::scene::Pose;
+use crate::shape::Part;
 use crate::world::{Energy, Flow, IterationStats, KernelTime, Status};
 use serde::{Deserialize, Serialize};
 
@@ -150,6 +151,8 @@ pub struct Timings {
 pub struct Outcome {
     /// In the scene's order.
     pub objects: Vec<ObjectOutcome>,
+    /// The convex parts with which the result was checked, of every object.
+    pub parts: Vec<Vec<Part>>,
     /// Searched groups in order.
     pub groups: Vec<GroupRecord>,
     /// All iterations in order.

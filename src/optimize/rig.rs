@@ -50,7 +50,8 @@ impl Rig {
         Self { center: self.center + shift, parts: self.parts.iter().map(shifted).collect(), ..self.clone() }
     }
 
-    fn of_parts(parts: &[Part], mass: &MassProperties) -> Self {
+    /// The body of these parts.
+    pub(super) fn of_parts(parts: &[Part], mass: &MassProperties) -> Self {
         let to_body = |v: &Vec3| mass.axes.conjugate() * (*v - mass.center);
         Self {
             center: mass.center.as_dvec3(),

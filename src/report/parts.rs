@@ -1,7 +1,7 @@
 //! The convex parts as OBJ files with names that every file system takes.
 
 use crate::scene::Scene;
-use crate::shape::{Shape, part_obj};
+use crate::shape::{Part, part_obj};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -9,11 +9,11 @@ use std::path::PathBuf;
 const MAX_STEM: usize = 80;
 
 /// One file a part, `parts/<object>_<i>.obj`, in the mesh's own frame; a list for each object, in the scene's order.
-pub fn part_files(scene: &Scene, shapes: &[Shape]) -> Vec<Vec<(PathBuf, Vec<u8>)>> {
+pub fn part_files(scene: &Scene, parts: &[Vec<Part>]) -> Vec<Vec<(PathBuf, Vec<u8>)>> {
     let stems = stems(scene.objects.iter().map(|object| object.name.as_str()));
-    (scene.objects.iter().zip(shapes).zip(stems))
-        .map(|((object, shape), stem)| {
-            (shape.parts.iter().enumerate())
+    (scene.objects.iter().zip(parts).zip(stems))
+        .map(|((object, parts), stem)| {
+            (parts.iter().enumerate())
                 .map(|(i, part)| {
                     (PathBuf::from(format!("parts/{stem}_{i}.obj")), part_obj(part, object.scale.as_vec3()))
                 })

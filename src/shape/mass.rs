@@ -1,5 +1,6 @@
 //! Mass, centre of mass and inertia of convex parts at uniform density.
 
+use super::Part;
 use super::eigen::symmetric_eigen;
 use super::hull::Hull;
 use glam::{DMat3, DVec3, Mat3, Quat, Vec3};
@@ -20,6 +21,15 @@ pub struct MassProperties {
     pub axes: Quat,
     /// Principal moments of inertia about the centre of mass, kg m².
     pub inertia: Vec3,
+}
+
+impl MassProperties {
+    /// Of parts as they are written, for a mass in kg.
+    pub fn of(parts: &[Part], mass: f32) -> Self {
+        let hulls: Vec<Hull> = parts.iter().filter_map(|part| Hull::new(&part.vertices)).collect();
+        let unit = of_parts(&hulls);
+        Self { mass, inertia: unit.inertia * mass, ..unit }
+    }
 }
 
 /// Zeroth, first and second moments at density 1, in the mesh frame.
