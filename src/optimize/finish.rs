@@ -20,6 +20,9 @@ use std::time::Instant;
 /// An object turned by more than this from its input has fallen, rad.
 pub(super) const FALLEN: f64 = FRAC_PI_6;
 
+/// So often are other parts looked at before those of the search are written.
+const FOOTINGS: usize = 4;
+
 impl Run<'_> {
     /// Settles and checks the layout that the search left. Both also run after an early stop: they are short, and an
     /// unfinished layout needs them most. The second opinion is not, and may be stopped itself.
@@ -108,19 +111,28 @@ impl Run<'_> {
         (global.world(rigs, &self.leant_on, layout, &self.seated), global.starts(rigs, &self.leant_on, layout))
     }
 
-    /// What is written of a layout, and its check, if that can be simulated. What then moves, and what bears it, keeps the
-    /// parts that were searched with.
+    /// What is written of a layout, and its check, if that can be simulated: with four corners where something bears. What then
+    /// moves farther than with the parts that were searched with keeps these, and so does what bears it.
     fn written(&self, global: &Group, layout: &[scene::Pose]) -> Result<(Written, Option<Verified>), BackendError> {
-        let mut kept = vec![false; layout.len()];
-        loop {
-            let written = Written::new(self.shapes, layout, &kept);
+        let check = |written: &Written| {
             let (world, starts) = self.let_go(global, &written.rigs, layout);
-            let checked = verify(self.backend, &world, &self.config.fine(), &self.config.verify, &starts)?;
-            let moves = |body: usize| !checked.usable[0] || !checked.motions[body].is_still(&self.config.verify);
-            let moving = global.moving().filter(|&(body, object)| moves(body) && !kept[object]);
-            let moving: Vec<usize> = moving.map(|(_, object)| object).collect();
+            verify(self.backend, &world, &self.config.fine(), &self.config.verify, &starts)
+        };
+        let searched = Written::new(self.shapes, layout, &vec![true; layout.len()]);
+        let known = check(&searched)?;
+        if !known.usable[0] {
+            return Ok((searched, None));
+        }
+        // Parts that somebody made are what they want.
+        let mut kept: Vec<bool> = self.scene.objects.iter().map(|object| !object.convex_parts.is_empty()).collect();
+        for _ in 0..FOOTINGS {
+            let written = Written::new(self.shapes, layout, &kept);
+            let checked = check(&written)?;
+            let moves = |body: usize| !checked.usable[0] || !checked.motions[body].is_like(&known.motions[body]);
+            let moving: Vec<usize> =
+                global.moving().filter(|&(body, _)| moves(body)).map(|(_, object)| object).collect();
             if moving.is_empty() {
-                return Ok((written, checked.usable[0].then_some(checked)));
+                return Ok((written, Some(checked)));
             }
             for object in moving {
                 kept[object] = true;
@@ -129,6 +141,7 @@ impl Run<'_> {
                 }
             }
         }
+        Ok((searched, Some(known)))
     }
 
     fn settle(

@@ -4,6 +4,10 @@ use super::config::VerifySettings;
 use super::settle::{in_portions, steps, usable};
 use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, World, angle_between};
 
+/// A body that moves that much farther moves farther, m and rad.
+const FARTHER: f64 = 1e-3;
+const TURNED: f64 = 5e-3;
+
 /// What one body did during the check.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Motion {
@@ -21,6 +25,11 @@ impl Motion {
     /// True if the body counts as stable.
     pub fn is_still(&self, limits: &VerifySettings) -> bool {
         self.is_within(1.0, limits)
+    }
+
+    /// True if the body moved hardly farther than in `other`.
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.drift <= other.drift + FARTHER && self.turn <= other.turn + TURNED
     }
 
     /// True if the body moved by no more than this share of what is allowed.

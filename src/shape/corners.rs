@@ -14,21 +14,30 @@ use parry3d::shape::ConvexPolyhedron;
 const MOST: usize = 4;
 /// A face is the one that bears if it lies that near to the direction (cosine, 11°).
 const FACING: f32 = 0.98;
-/// Four corners are enough if they hold this share of the outline: of an octagon a quarter does, which leaves it its corners.
+/// Four corners are enough if they hold this share of the outline …
 const ENOUGH: f32 = 0.8;
-/// Corners that are given up reach beyond the four by no more than this, m.
+/// … and those that are given up lie no farther aside of the four than this, m …
+const ASIDE: f32 = 6e-3;
+/// … nor reach beyond their plane by more than this, m.
 const BEYOND: f32 = 0.02e-3;
 /// So often is a part cut in two.
 const CUTS: u32 = 3;
-/// The pieces of a part hold all of it but for this share.
+/// A part becomes no more pieces than this, and none has more vertices.
+const PIECES: usize = 8;
+const VERTICES: usize = 64;
+/// The halves of a part hold all of it but for this share, and each more than so much.
 const WHOLE: f32 = 1e-3;
+const LEAST: f32 = 0.02;
 
 /// The part as pieces whose faces `towards` these directions (unit vectors, the part's frame) have at most four corners, as
-/// far as three cuts in a row allow. The part itself where they have.
+/// far as three cuts in a row and eight pieces allow. The part itself where they have.
 pub fn four_cornered(part: &Part, towards: &[Vec3]) -> Vec<Part> {
     let mut pieces = vec![part.vertices.clone()];
     for &direction in towards {
-        pieces = pieces.into_iter().flat_map(|piece| faced(piece, direction, CUTS)).collect();
+        let cut: Vec<Vec<Vec3>> = pieces.iter().flat_map(|piece| faced(piece.clone(), direction, CUTS)).collect();
+        if cut.len() <= PIECES {
+            pieces = cut;
+        }
     }
     pieces.into_iter().map(|vertices| Part { vertices }).collect()
 }
@@ -40,17 +49,20 @@ fn faced(mut vertices: Vec<Vec3>, direction: Vec3, cuts: u32) -> Vec<Vec<Vec3>> 
             return vec![vertices];
         };
         let seen: Vec<Vec2> = outline.iter().map(|corner| Vec2::new(u.dot(*corner), v.dot(*corner))).collect();
-        let (area, quad) = largest_quad(&seen);
-        if area >= ENOUGH * polygon_area(&seen) && is_borne(&outline, quad.map(|i| outline[i]), direction) {
-            vertices.retain(|vertex| !outline.contains(vertex) || quad.iter().any(|&i| outline[i] == *vertex));
-            continue;
+        let (area, quad) = best_quad(&seen);
+        let enough = area >= ENOUGH * polygon_area(&seen) && given_up(&seen, quad) <= ASIDE;
+        if enough && is_borne(&outline, quad.map(|i| outline[i]), direction) {
+            let stays = |vertex: &Vec3| !outline.contains(vertex) || quad.iter().any(|&i| outline[i] == *vertex);
+            let left: Vec<Vec3> = vertices.iter().copied().filter(stays).collect();
+            // An outline of slivers can come to the same corner twice.
+            if left.len() < vertices.len() {
+                vertices = left;
+                continue;
+            }
         }
-        let along = widest(&seen);
-        let ends = seen.iter().map(|corner| along.dot(*corner));
-        let (low, high) =
-            ends.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), end| (low.min(end), high.max(end)));
-        let middle = 0.5 * (low + high);
-        return match halves(&vertices, u * along.x + v * along.y, middle).filter(|_| cuts > 0) {
+        let [i, k] = across(&seen);
+        let normal = direction.cross(outline[k] - outline[i]).normalize_or_zero();
+        return match halves(&vertices, normal, normal.dot(outline[i])).filter(|_| cuts > 0) {
             Some(halves) => halves.into_iter().flat_map(|half| faced(half, direction, cuts - 1)).collect(),
             None => vec![vertices],
         };
@@ -72,10 +84,11 @@ fn polygon_area(corners: &[Vec2]) -> f32 {
     0.5 * edges.map(|(a, b)| (*a - corners[0]).perp_dot(*b - corners[0])).sum::<f32>().abs()
 }
 
-/// The four corners that hold most of a convex polygon, and how much: for each diagonal the farthest corner on either side.
-fn largest_quad(corners: &[Vec2]) -> (f32, [usize; MOST]) {
+/// Four corners of a convex polygon outside which the others lie least far: for each diagonal the farthest corner on either side
+/// is looked at. And the area between them.
+fn best_quad(corners: &[Vec2]) -> (f32, [usize; MOST]) {
     let count = corners.len();
-    let mut best = (0.0, [0, 1, 2, 3]);
+    let mut best = (f32::INFINITY, 0.0, [0, 1, 2, 3]);
     for i in 0..count {
         for k in i + 2..count {
             let farthest = |range: &mut dyn Iterator<Item = usize>| {
@@ -83,14 +96,27 @@ fn largest_quad(corners: &[Vec2]) -> (f32, [usize; MOST]) {
                 range.map(|j| (height(&j), j)).max_by(|a, b| a.0.total_cmp(&b.0))
             };
             let sides = (farthest(&mut (i + 1..k)), farthest(&mut (k + 1..count).chain(0..i)));
-            if let (Some((one, j)), Some((two, l))) = sides
-                && 0.5 * (one + two) > best.0
-            {
-                best = (0.5 * (one + two), [i, j, k, l]);
+            if let (Some((one, j)), Some((two, l))) = sides {
+                let aside = given_up(corners, [i, j, k, l]);
+                if aside < best.0 {
+                    best = (aside, 0.5 * (one + two), [i, j, k, l]);
+                }
             }
         }
     }
-    best
+    (best.1, best.2)
+}
+
+/// How far the corners of a convex polygon lie outside four of them, m.
+fn given_up(corners: &[Vec2], quad: [usize; MOST]) -> f32 {
+    let count = corners.len();
+    let edges = (0..MOST).map(|k| (quad[k], quad[(k + 1) % MOST]));
+    let between = edges.flat_map(|(a, b)| {
+        let along = (corners[b] - corners[a]).normalize_or_zero();
+        let skipped = (1..(b + count - a) % count).map(move |k| (a + k) % count);
+        skipped.map(move |c| along.perp_dot(corners[c] - corners[a]).abs())
+    });
+    between.fold(0.0, f32::max)
 }
 
 /// True if no corner of an outline reaches beyond the plane of four of them, so that what stands on it stands on these.
@@ -101,21 +127,13 @@ fn is_borne(outline: &[Vec3], [a, b, c, d]: [Vec3; MOST], direction: Vec3) -> bo
     outline.iter().all(|corner| outward.dot(*corner) <= plane + BEYOND)
 }
 
-/// The direction along which points spread most: the principal axis of their covariance.
-fn widest(points: &[Vec2]) -> Vec2 {
-    let mean = points.iter().sum::<Vec2>() / points.len() as f32;
-    let [xx, xy, yy] = points.iter().fold([0.0; 3], |[xx, xy, yy], point| {
-        let d = *point - mean;
-        [xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y]
-    });
-    let half = Vec2::new(0.5 * (xx - yy), xy);
-    // Of the two forms of the eigenvector the one that does not cancel.
-    let axis = if half.x > 0.0 {
-        Vec2::new(half.x + half.length(), half.y)
-    } else {
-        Vec2::new(half.y, half.length() - half.x)
-    };
-    axis.try_normalize().unwrap_or(Vec2::X)
+/// The diagonal of a polygon with as many corners on either side, the shortest of these.
+fn across(corners: &[Vec2]) -> [usize; 2] {
+    let count = corners.len();
+    let diagonals = (0..count).flat_map(|i| [(i, i + count / 2), (i, i + count.div_ceil(2))]);
+    let diagonals =
+        diagonals.filter(|&(_, k)| k < count).map(|(i, k)| (corners[i].distance_squared(corners[k]), [i, k]));
+    diagonals.min_by(|a, b| a.0.total_cmp(&b.0)).map_or([0, count / 2], |(_, ends)| ends)
 }
 
 /// The vertices on both sides of a plane, if that leaves two solids.
@@ -125,13 +143,18 @@ fn halves(vertices: &[Vec3], normal: Vec3, offset: f32) -> Option<[Vec<Vec3>; 2]
     let [one, two] = clip(&triangles, normal, offset).map(|side| Hull::new(side.as_flattened()));
     let (one, two) = (one?, two?);
     let lost = (one.volume() + two.volume() - whole.volume()).abs();
-    (lost <= WHOLE * whole.volume()).then_some([one.vertices, two.vertices])
+    let large = |half: &Hull| half.volume() >= LEAST * whole.volume() && half.vertices.len() <= VERTICES;
+    (lost <= WHOLE * whole.volume() && large(&one) && large(&two)).then_some([one.vertices, two.vertices])
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use proptest::array::uniform3;
+    use proptest::collection::vec;
+    use proptest::prelude::*;
+    use proptest::sample::Index;
     use std::f32::consts::TAU;
 
     /// A post of 10 cm whose foot has these corners.
@@ -166,7 +189,7 @@ mod tests {
 
     #[test]
     fn a_foot_of_many_corners_becomes_pieces_of_four_within_it() {
-        for (foot, most) in [(round(6), 2), (round(16), 4), (round(32), 8), (rounded(), 1)] {
+        for (foot, most) in [(round(6), 2), (round(16), 8), (round(32), 8), (rounded(), 2)] {
             let part = post(&foot);
             let whole = Hull::new(&part.vertices).unwrap();
             let pieces = four_cornered(&part, &[Vec3::NEG_Y, Vec3::Y]);
@@ -193,11 +216,79 @@ mod tests {
         assert_eq!(four_cornered(&cone, &[]), [cone], "it bears nowhere");
     }
 
+    proptest! {
+        /// Clouds of points, flat ones among them, and faces of theirs that bear.
+        #[test]
+        fn any_part_becomes_pieces_of_what_it_was(
+            points in vec(uniform3(-1.0_f32..1.0), 5..64),
+            size in uniform3(0.01_f32..1.0),
+            faces in vec(any::<Index>(), 1..4),
+        ) {
+            let points: Vec<Vec3> = points.into_iter().map(|p| Vec3::from(p) * Vec3::from(size)).collect();
+            let whole = Hull::new(&points).unwrap();
+            let part = Part { vertices: whole.vertices.clone() };
+            let towards: Vec<Vec3> = faces.iter().map(|face| face.get(&whole.planes).truncate()).collect();
+            let pieces = four_cornered(&part, &towards);
+            prop_assert!(pieces.len() <= PIECES && pieces.iter().all(|piece| piece.vertices.len() <= VERTICES));
+            let hulls: Vec<Hull> = pieces.iter().map(|piece| Hull::new(&piece.vertices).unwrap()).collect();
+            for vertex in hulls.iter().flat_map(|hull| &hull.vertices) {
+                prop_assert!(whole.excess(*vertex) < 1e-5, "{vertex} lies outside");
+            }
+            let volume: f32 = hulls.iter().map(Hull::volume).sum();
+            prop_assert!(volume <= 1.01 * whole.volume(), "{volume} m³ of {}", whole.volume());
+            prop_assert!(volume >= 0.5 * whole.volume(), "{volume} m³ of {}", whole.volume());
+        }
+    }
+
+    /// parry comes to a corner of this one twice.
     #[test]
-    fn the_largest_quad_of_an_octagon_is_a_square() {
-        let (area, mut quad) = largest_quad(&round(8));
+    fn an_outline_with_a_corner_twice_ends() {
+        let vertices = TWICE.map(Vec3::from).to_vec();
+        let pieces = four_cornered(&Part { vertices }, &TOWARDS.map(Vec3::from));
+        assert!(!pieces.is_empty() && pieces.len() <= PIECES);
+    }
+
+    #[test]
+    fn the_best_quad_of_an_octagon_is_a_square() {
+        let (area, mut quad) = best_quad(&round(8));
         quad.sort_unstable();
         assert!((area - 2.0 * 0.05 * 0.05).abs() < 1e-7, "{area} m²");
         assert!(quad == [0, 2, 4, 6] || quad == [1, 3, 5, 7], "{quad:?}");
     }
+
+    #[rustfmt::skip]
+    const TWICE: [[f32; 3]; 26] = [
+        [-0.9804835, -0.1475986, 0.16335562],
+        [-0.9299982, -0.2718885, 0.48568708],
+        [-0.9090449, -0.059878707, 0.3650589],
+        [-0.9057054, -0.18739018, 0.8108027],
+        [-0.74098307, -0.7459475, 0.009891033],
+        [-0.7271799, -0.7136984, 0.57045805],
+        [0.8417998, -0.38860887, 0.1299479],
+        [-0.66339284, -0.87775123, 0.3875111],
+        [-0.6129204, -0.2407634, -0.11842629],
+        [-0.57851106, -0.8631897, 0.02928269],
+        [-0.57699305, -0.57342815, 0.90440834],
+        [0.82142955, -0.12423292, 0.31322783],
+        [0.7956179, -0.28461903, -0.0011766553],
+        [0.7240663, 0.26501438, 0.46538284],
+        [0.72195745, 0.28962812, 0.2198128],
+        [0.72038025, 0.2991977, 0.11621237],
+        [-0.26073846, -0.5902686, -0.048767507],
+        [0.69990283, 0.1985305, -0.12248191],
+        [-0.20870143, -0.23957801, -0.10736662],
+        [0.69417363, 0.26665094, 0.83416283],
+        [0.63554305, -0.12112424, 0.7820771],
+        [0.49811953, -0.30235085, 0.8476418],
+        [0.40921348, 0.3928894, 0.4920531],
+        [0.3793086, 0.37053123, 0.6296833],
+        [0.3015132, -0.6531002, -0.046845257],
+        [0.2999887, 0.260905, -0.053177238],
+    ];
+    #[rustfmt::skip]
+    const TOWARDS: [[f32; 3]; 3] = [
+        [-0.0052078967, -0.2996194, -0.9540447],
+        [-0.9116885, -0.4084361, 0.04476662],
+        [-0.11189328, 0.3257241, -0.9388204],
+    ];
 }
