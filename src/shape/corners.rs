@@ -22,6 +22,8 @@ const ASIDE: f32 = 6e-3;
 const BEYOND: f32 = 0.02e-3;
 /// So often is a part cut in two.
 const CUTS: u32 = 3;
+/// A cut leaves this share of the outline on either side, if one does.
+const SIDE: f32 = 0.25;
 /// A part becomes no more pieces than this, and none has more vertices.
 const PIECES: usize = 8;
 const VERTICES: usize = 64;
@@ -127,13 +129,24 @@ fn is_borne(outline: &[Vec3], [a, b, c, d]: [Vec3; MOST], direction: Vec3) -> bo
     outline.iter().all(|corner| outward.dot(*corner) <= plane + BEYOND)
 }
 
-/// The diagonal of a polygon with as many corners on either side, the shortest of these.
+/// The diagonal of a convex polygon that leaves the most even numbers of corners, the shortest of these, if it has enough of
+/// the polygon on either side; else the one that has most on its smaller side.
 fn across(corners: &[Vec2]) -> [usize; 2] {
     let count = corners.len();
-    let diagonals = (0..count).flat_map(|i| [(i, i + count / 2), (i, i + count.div_ceil(2))]);
-    let diagonals =
-        diagonals.filter(|&(_, k)| k < count).map(|(i, k)| (corners[i].distance_squared(corners[k]), [i, k]));
-    diagonals.min_by(|a, b| a.0.total_cmp(&b.0)).map_or([0, count / 2], |(_, ends)| ends)
+    let whole = polygon_area(corners);
+    let diagonal = |[i, k]: [usize; 2]| {
+        let side = polygon_area(&corners[i..=k]);
+        let smaller = side.min(whole - side);
+        let uneven = (2 * (k - i)).abs_diff(count) as f32;
+        let is_short = smaller < SIDE * whole;
+        let rank = if is_short { [-smaller, 0.0] } else { [uneven, corners[i].distance(corners[k])] };
+        (is_short, rank, [i, k])
+    };
+    let diagonals = (0..count).flat_map(|i| (i + 2..count).map(move |k| [i, k])).map(diagonal);
+    let better = |a: &(bool, [f32; 2], _), b: &(bool, [f32; 2], _)| {
+        a.0.cmp(&b.0).then(a.1[0].total_cmp(&b.1[0])).then(a.1[1].total_cmp(&b.1[1]))
+    };
+    diagonals.min_by(better).map_or([0, count / 2], |(.., ends)| ends)
 }
 
 /// The vertices on both sides of a plane, if that leaves two solids.
@@ -204,6 +217,17 @@ mod tests {
                 assert!(whole.excess(*vertex) < 1e-6, "{vertex} lies outside");
             }
         }
+    }
+
+    #[test]
+    fn a_foot_with_most_corners_at_one_end_is_cut_across() {
+        let end = (0..13).map(|i| Vec2::new(0.2, 0.0) + 0.02 * Vec2::from_angle(TAU * (i as f32 / 24.0 - 0.25)));
+        let round = (1..8).map(|i| 0.1 * Vec2::from_angle(TAU * (0.25 + i as f32 / 16.0)));
+        let foot: Vec<Vec2> = end.chain(round).collect();
+        let [i, k] = across(&foot);
+        let side = polygon_area(&foot[i..=k]) / polygon_area(&foot);
+        assert!((SIDE..1.0 - SIDE).contains(&side), "{side} on one side");
+        assert!(four_cornered(&post(&foot), &[Vec3::NEG_Y]).len() > 1);
     }
 
     #[test]
