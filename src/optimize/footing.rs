@@ -127,6 +127,7 @@ mod tests {
     use crate::shape::{Alternative, Mesh, Quality};
     use glam::{DQuat, Vec2};
     use std::f32::consts::TAU;
+    use std::f64::consts::PI;
 
     /// A disc of 16 corners, 10 cm high.
     fn disc() -> Shape {
@@ -159,6 +160,13 @@ mod tests {
         let counts: Vec<usize> = parts(&shapes, &layout, &[false; 4]).iter().map(Vec::len).collect();
         assert_eq!(counts, [8, 8, 1, 1]);
         assert_eq!(parts(&shapes[..1], &layout[..1], &[true])[0], shapes[0].parts);
+    }
+
+    #[test]
+    fn what_touches_sideways_is_not_cut() {
+        let lying = |z: f64| Pose { rotation: DQuat::from_rotation_x(0.5 * PI), translation: DVec3::new(0.0, 0.5, z) };
+        let layout = [lying(0.0), lying(0.0999)];
+        assert_eq!(parts(&[disc(), disc()], &layout, &[false; 2]), [disc().parts, disc().parts]);
     }
 
     #[test]
