@@ -20,8 +20,9 @@ const ENOUGH: f32 = 0.8;
 const ASIDE: f32 = 6e-3;
 /// … nor reach beyond their plane by more than this, m.
 const BEYOND: f32 = 0.02e-3;
-/// So often is a part cut in two.
+/// So often is a part cut in two, and in so many ways is that tried: some cuts leave too little on one side.
 const CUTS: u32 = 3;
+const TRIES: usize = 8;
 /// A cut leaves this share of the outline on either side, if one does.
 const SIDE: f32 = 0.25;
 /// A part becomes no more pieces than this, and none has more vertices.
@@ -62,9 +63,12 @@ fn faced(mut vertices: Vec<Vec3>, direction: Vec3, cuts: u32) -> Vec<Vec<Vec3>> 
                 continue;
             }
         }
-        let [i, k] = across(&seen);
-        let normal = direction.cross(outline[k] - outline[i]).normalize_or_zero();
-        return match halves(&vertices, normal, normal.dot(outline[i])).filter(|_| cuts > 0) {
+        let cut = |[i, k]: [usize; 2]| {
+            let normal = direction.cross(outline[k] - outline[i]).normalize_or_zero();
+            halves(&vertices, normal, normal.dot(outline[i]))
+        };
+        let diagonals = if cuts > 0 { across(&seen) } else { Vec::new() };
+        return match diagonals.into_iter().take(TRIES).find_map(cut) {
             Some(halves) => halves.into_iter().flat_map(|half| faced(half, direction, cuts - 1)).collect(),
             None => vec![vertices],
         };
@@ -129,16 +133,17 @@ fn is_borne(outline: &[Vec3], [a, b, c, d]: [Vec3; MOST], direction: Vec3) -> bo
     outline.iter().all(|corner| outward.dot(*corner) <= plane + BEYOND)
 }
 
-/// The diagonal of a convex polygon that leaves the most even numbers of corners, the shortest of these, if it has enough of
-/// the polygon on either side; else the one that has most on its smaller side.
-fn across(corners: &[Vec2]) -> [usize; 2] {
+/// The diagonals of a convex polygon: first those that have enough of it on either side, by how evenly they part its corners
+/// and by their length; then the others, by what they have on their smaller side.
+fn across(corners: &[Vec2]) -> Vec<[usize; 2]> {
     let count = corners.len();
     let whole = polygon_area(corners);
     let diagonal = |[i, k]: [usize; 2]| {
         let side = polygon_area(&corners[i..=k]);
         let smaller = side.min(whole - side);
         let uneven = (2 * (k - i)).abs_diff(count) as f32;
-        let is_short = smaller < SIDE * whole;
+        // Up to six corners an even cut is the last.
+        let is_short = count > 2 * (MOST - 1) && smaller < SIDE * whole;
         let rank = if is_short { [-smaller, 0.0] } else { [uneven, corners[i].distance(corners[k])] };
         (is_short, rank, [i, k])
     };
@@ -146,10 +151,12 @@ fn across(corners: &[Vec2]) -> [usize; 2] {
     let better = |a: &(bool, [f32; 2], _), b: &(bool, [f32; 2], _)| {
         a.0.cmp(&b.0).then(a.1[0].total_cmp(&b.1[0])).then(a.1[1].total_cmp(&b.1[1]))
     };
-    diagonals.min_by(better).map_or([0, count / 2], |(.., ends)| ends)
+    let mut diagonals: Vec<_> = diagonals.collect();
+    diagonals.sort_by(better);
+    diagonals.into_iter().map(|(.., ends)| ends).collect()
 }
 
-/// The vertices on both sides of a plane, if that leaves two solids.
+/// The vertices on both sides of a plane, if that leaves two solids of which parry can make hulls.
 fn halves(vertices: &[Vec3], normal: Vec3, offset: f32) -> Option<[Vec<Vec3>; 2]> {
     let whole = Hull::new(vertices)?;
     let triangles: Vec<[Vec3; 3]> = whole.triangles.iter().map(|t| t.map(|i| whole.vertices[i as usize])).collect();
@@ -157,7 +164,8 @@ fn halves(vertices: &[Vec3], normal: Vec3, offset: f32) -> Option<[Vec<Vec3>; 2]
     let (one, two) = (one?, two?);
     let lost = (one.volume() + two.volume() - whole.volume()).abs();
     let large = |half: &Hull| half.volume() >= LEAST * whole.volume() && half.vertices.len() <= VERTICES;
-    (lost <= WHOLE * whole.volume() && large(&one) && large(&two)).then_some([one.vertices, two.vertices])
+    let good = |half: &Hull| large(half) && ConvexPolyhedron::from_convex_hull(&half.vertices).is_some();
+    (lost <= WHOLE * whole.volume() && good(&one) && good(&two)).then_some([one.vertices, two.vertices])
 }
 
 #[cfg(test)]
@@ -224,10 +232,30 @@ mod tests {
         let end = (0..13).map(|i| Vec2::new(0.2, 0.0) + 0.02 * Vec2::from_angle(TAU * (i as f32 / 24.0 - 0.25)));
         let round = (1..8).map(|i| 0.1 * Vec2::from_angle(TAU * (0.25 + i as f32 / 16.0)));
         let foot: Vec<Vec2> = end.chain(round).collect();
-        let [i, k] = across(&foot);
+        let [i, k] = across(&foot)[0];
         let side = polygon_area(&foot[i..=k]) / polygon_area(&foot);
         assert!((SIDE..1.0 - SIDE).contains(&side), "{side} on one side");
         assert!(four_cornered(&post(&foot), &[Vec3::NEG_Y]).len() > 1);
+    }
+
+    #[test]
+    fn feet_of_lamps_become_pieces_of_four_whatever_rounding_does() {
+        // Foot and lower pole of a lamp, tilted by less than a minute of arc.
+        let ring = |radius: f32, sides: usize, turn: f32, y: f32| {
+            let around = move |i| radius * Vec2::from_angle(TAU * i as f32 / sides as f32 + turn);
+            (0..sides).map(around).map(move |corner| Vec3::new(corner.x, y, corner.y))
+        };
+        // Cut at the first diagonal, the last two leave pieces of which parry makes no hull.
+        let corners = (0..20_000).step_by(70).chain([9626, 16651]).map(|n| {
+            let (radius, tilt) = (0.1 + 1e-5 * n as f32, 1e-7 * n as f32);
+            let foot = ring(radius, 16, 0.3, 0.0).chain(ring(0.9 * radius, 16, 0.3, 0.02));
+            let lamp = foot.chain(ring(0.01, 5, 0.0, 0.04));
+            let direction = Vec3::new(0.3 * tilt, -1.0, tilt).normalize();
+            faces(&four_cornered(&Part { vertices: lamp.collect() }, &[direction]), direction).1
+        });
+        let corners: Vec<usize> = corners.collect();
+        let more = corners.iter().filter(|corners| **corners > MOST).count();
+        assert!(corners.iter().all(|corners| *corners <= MOST + 1) && more <= 3, "{more} feet with more: {corners:?}");
     }
 
     #[test]

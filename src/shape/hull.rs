@@ -3,10 +3,9 @@
 //! parry's hull works in f32 and refuses flat input. Here every input gives a hull: what is thinner than
 //! `MIN_THICKNESS` is thickened first, and a hull that lost points to rounding is rebuilt from fewer, coarser points.
 
-use super::convex_hull::convex_hull;
+use super::convex_hull::{HullMesh, convex_hull, unfolded_hull};
 use super::eigen::symmetric_eigen;
 use glam::{DMat3, DVec3, Vec3, Vec4};
-use parry3d::transformation::try_convex_hull;
 
 /// Least thickness of a part, m. Half of it lies on either side of a flat sheet: under a millimetre from the surface.
 pub(super) const MIN_THICKNESS: f32 = 1.9e-3;
@@ -15,7 +14,7 @@ pub(super) const MIN_THICKNESS: f32 = 1.9e-3;
 const DENSE: usize = 12_000;
 
 /// Vertices and outward triangles of the hull of points, if they have one.
-type Attempt = fn(&[Vec3]) -> Option<(Vec<Vec3>, Vec<[u32; 3]>)>;
+type Attempt = fn(&[Vec3]) -> Option<HullMesh>;
 
 /// A convex polytope with volume.
 #[derive(Clone, Debug, Default)]
@@ -59,9 +58,8 @@ impl Hull {
         // Rounding in parry's hull is relative to the coordinates: centre them, and merge what is closer than that.
         let center = 0.5 * (low + high);
         // A thin plate is flat for parry's hull, but not after a linear map that makes it round.
-        let parry: Attempt = |points| try_convex_hull(points).ok();
-        for (grid, hull) in [(1e-6_f32, parry), (1e-4, parry), (1e-3, parry), (1e-6, convex_hull), (1e-4, convex_hull)]
-        {
+        let [plain, white]: [Attempt; 2] = [unfolded_hull, convex_hull];
+        for (grid, hull) in [(1e-6_f32, plain), (1e-4, plain), (1e-3, plain), (1e-6, white), (1e-4, white)] {
             let local = merged(points, center, size * grid);
             let Some((vertices, triangles)) = hull(&local) else {
                 continue;
@@ -133,7 +131,7 @@ impl Hull {
 
 /// Corners and outward triangles of the convex hull of any points (m): flat ones are thickened, dense ones thinned. `None`
 /// without points.
-pub fn solid_hull(points: &[Vec3]) -> Option<(Vec<Vec3>, Vec<[u32; 3]>)> {
+pub fn solid_hull(points: &[Vec3]) -> Option<HullMesh> {
     Hull::new(points).map(|hull| (hull.vertices, hull.triangles))
 }
 
