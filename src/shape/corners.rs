@@ -5,6 +5,7 @@
 //! outline of the face that bears has no more than four corners, and corners that hardly matter go.
 
 use super::Part;
+use super::convex_hull::suits_parry;
 use super::hull::Hull;
 use super::split::clip;
 use glam::{Vec2, Vec3};
@@ -58,17 +59,17 @@ fn faced(mut vertices: Vec<Vec3>, direction: Vec3, cuts: u32) -> Vec<Vec<Vec3>> 
             let stays = |vertex: &Vec3| !outline.contains(vertex) || quad.iter().any(|&i| outline[i] == *vertex);
             let left: Vec<Vec3> = vertices.iter().copied().filter(stays).collect();
             // An outline of slivers can come to the same corner twice.
-            if left.len() < vertices.len() {
+            if left.len() < vertices.len() && suits_parry(&left) {
                 vertices = left;
                 continue;
             }
         }
+        let whole = Hull::new(&vertices).filter(|_| cuts > 0);
         let cut = |[i, k]: [usize; 2]| {
             let normal = direction.cross(outline[k] - outline[i]).normalize_or_zero();
-            halves(&vertices, normal, normal.dot(outline[i]))
+            halves(whole.as_ref()?, normal, normal.dot(outline[i]))
         };
-        let diagonals = if cuts > 0 { across(&seen) } else { Vec::new() };
-        return match diagonals.into_iter().take(TRIES).find_map(cut) {
+        return match across(&seen).into_iter().take(TRIES).find_map(cut) {
             Some(halves) => halves.into_iter().flat_map(|half| faced(half, direction, cuts - 1)).collect(),
             None => vec![vertices],
         };
@@ -147,7 +148,7 @@ fn across(corners: &[Vec2]) -> Vec<[usize; 2]> {
         let rank = if is_short { [-smaller, 0.0] } else { [uneven, corners[i].distance(corners[k])] };
         (is_short, rank, [i, k])
     };
-    let diagonals = (0..count).flat_map(|i| (i + 2..count).map(move |k| [i, k])).map(diagonal);
+    let diagonals = (0..count).flat_map(|i| (i + 2..count.min(i + count - 1)).map(move |k| [i, k])).map(diagonal);
     let better = |a: &(bool, [f32; 2], _), b: &(bool, [f32; 2], _)| {
         a.0.cmp(&b.0).then(a.1[0].total_cmp(&b.1[0])).then(a.1[1].total_cmp(&b.1[1]))
     };
@@ -156,15 +157,14 @@ fn across(corners: &[Vec2]) -> Vec<[usize; 2]> {
     diagonals.into_iter().map(|(.., ends)| ends).collect()
 }
 
-/// The vertices on both sides of a plane, if that leaves two solids of which parry can make hulls.
-fn halves(vertices: &[Vec3], normal: Vec3, offset: f32) -> Option<[Vec<Vec3>; 2]> {
-    let whole = Hull::new(vertices)?;
+/// The vertices on both sides of a plane, if that leaves two solids of which parry makes right hulls.
+fn halves(whole: &Hull, normal: Vec3, offset: f32) -> Option<[Vec<Vec3>; 2]> {
     let triangles: Vec<[Vec3; 3]> = whole.triangles.iter().map(|t| t.map(|i| whole.vertices[i as usize])).collect();
     let [one, two] = clip(&triangles, normal, offset).map(|side| Hull::new(side.as_flattened()));
     let (one, two) = (one?, two?);
     let lost = (one.volume() + two.volume() - whole.volume()).abs();
     let large = |half: &Hull| half.volume() >= LEAST * whole.volume() && half.vertices.len() <= VERTICES;
-    let good = |half: &Hull| large(half) && ConvexPolyhedron::from_convex_hull(&half.vertices).is_some();
+    let good = |half: &Hull| large(half) && suits_parry(&half.vertices);
     (lost <= WHOLE * whole.volume() && good(&one) && good(&two)).then_some([one.vertices, two.vertices])
 }
 

@@ -3,7 +3,7 @@
 //! parry's hull works in f32 and refuses flat input. Here every input gives a hull: what is thinner than
 //! `MIN_THICKNESS` is thickened first, and a hull that lost points to rounding is rebuilt from fewer, coarser points.
 
-use super::convex_hull::{HullMesh, convex_hull, unfolded_hull};
+use super::convex_hull::{HullMesh, convex_hull, sound_hull};
 use super::eigen::symmetric_eigen;
 use glam::{DMat3, DVec3, Vec3, Vec4};
 
@@ -58,8 +58,8 @@ impl Hull {
         // Rounding in parry's hull is relative to the coordinates: centre them, and merge what is closer than that.
         let center = 0.5 * (low + high);
         // A thin plate is flat for parry's hull, but not after a linear map that makes it round.
-        let [plain, white]: [Attempt; 2] = [unfolded_hull, convex_hull];
-        for (grid, hull) in [(1e-6_f32, plain), (1e-4, plain), (1e-3, plain), (1e-6, white), (1e-4, white)] {
+        let [plain, white]: [Attempt; 2] = [sound_hull, convex_hull];
+        for (grid, hull) in [(1e-6_f32, plain), (1e-4, plain), (1e-6, white), (1e-4, white), (1e-3, plain)] {
             let local = merged(points, center, size * grid);
             let Some((vertices, triangles)) = hull(&local) else {
                 continue;
