@@ -17,15 +17,16 @@
 @group(0) @binding(1) var<uniform> sim: Sim;
 @group(0) @binding(2) var<storage, read> bodies: array<Body>;
 @group(0) @binding(3) var<storage, read> moving: array<Moving>;
-@group(0) @binding(4) var<storage, read> patch_counts: array<u32>;
-@group(0) @binding(5) var<storage, read> frictions: array<Friction>;
-@group(0) @binding(6) var<storage, read> normals: array<Normal>;
-@group(0) @binding(7) var<storage, read> cursors: array<Cursor>;
-@group(0) @binding(8) var<storage, read_write> patches: array<Patch>;
-@group(0) @binding(9) var<storage, read_write> contacts: array<Contact>;
-@group(0) @binding(10) var<storage, read_write> poses: array<Pose>;
-@group(0) @binding(11) var<storage, read_write> velocities: array<Velocity>;
-@group(0) @binding(12) var<storage, read_write> statuses: array<u32>;
+@group(0) @binding(4) var<storage, read> axes: array<Axes>;
+@group(0) @binding(5) var<storage, read> patch_counts: array<u32>;
+@group(0) @binding(6) var<storage, read> frictions: array<Friction>;
+@group(0) @binding(7) var<storage, read> normals: array<Normal>;
+@group(0) @binding(8) var<storage, read> cursors: array<Cursor>;
+@group(0) @binding(9) var<storage, read_write> patches: array<Patch>;
+@group(0) @binding(10) var<storage, read_write> contacts: array<Contact>;
+@group(0) @binding(11) var<storage, read_write> poses: array<Pose>;
+@group(0) @binding(12) var<storage, read_write> velocities: array<Velocity>;
+@group(0) @binding(13) var<storage, read_write> statuses: array<u32>;
 
 fn turned(rotation: vec4<f32>, turn: vec3<f32>) -> vec4<f32> {
     return unit_rotation(compose(from_scaled_axis(turn), rotation));
@@ -70,8 +71,8 @@ struct End {
 }
 
 // What a body's frame has, in the world.
-fn from_frame(state: Moving, v: vec3<f32>) -> vec3<f32> {
-    return vec3(dot(state.frame_x, v), dot(state.frame_y, v), dot(state.frame_z, v));
+fn from_frame(axes: Axes, v: vec3<f32>) -> vec3<f32> {
+    return vec3(dot(axes.x, v), dot(axes.y, v), dot(axes.z, v));
 }
 
 fn end_of_compact(spin: vec3<f32>, turn: vec3<f32>, old: vec4<f32>, inverse_inertia: vec3<f32>) -> End {
@@ -107,7 +108,7 @@ fn all_finite(v: vec3<f32>) -> bool {
 // Where a contact is at rest after a substep: deeper if it was pressed hard, and ever deeper if it is one of the `points` of a
 // face.
 fn yielded(normal: Normal, points: u32) -> f32 {
-    let pressed = min(normal.rest, normal.separation + RESTING_DEPTH);
+    let pressed = min(normal.rest, normal.start + RESTING_DEPTH);
     let sunk = select(pressed, pressed - RESTING_RATE * sim.substep, points > MAX_EDGE_POINTS);
     return max(sunk, -RESTING_DEPTH);
 }
@@ -130,14 +131,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             continue;
         }
         let i = candidate * batch.bodies + body;
-        let state = moving[candidate * (batch.bodies + 1u) + body];
+        let row = candidate * (batch.bodies + 1u) + body;
+        let state = moving[row];
+        let frame = axes[row];
         let inverse_inertia = bodies[body].inverse_inertia;
         let old = poses[i].rotation;
         let at = poses[i].translation + state.shift;
         let most = max(inverse_inertia.x, max(inverse_inertia.y, inverse_inertia.z));
         let least = min(inverse_inertia.x, min(inverse_inertia.y, inverse_inertia.z));
-        let spin = from_frame(state, state.spin);
-        let turn = from_frame(state, state.turn);
+        let spin = from_frame(frame, state.spin);
+        let turn = from_frame(frame, state.turn);
         var end: End;
         if (most > SLENDER_INERTIA_RATIO * least) {
             end = end_of_slender(velocities[i].angular, spin, turn, old, inverse_inertia, state.touched);

@@ -13,6 +13,7 @@
 @group(0) @binding(2) var<storage, read> poses: array<Pose>;
 @group(0) @binding(3) var<storage, read> velocities: array<Velocity>;
 @group(0) @binding(4) var<storage, read_write> moving: array<Moving>;
+@group(0) @binding(5) var<storage, read_write> axes: array<Axes>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
@@ -23,6 +24,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     }
     let body = index % row;
     var state = Moving();
+    var frame = Axes();
     if (body < batch.bodies) {
         let i = index / row * batch.bodies + body;
         let back = transpose(matrix(poses[i].rotation));
@@ -30,12 +32,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let root = sqrt(inverse_inertia);
         state.linear = velocities[i].linear;
         state.inverse_mass = bodies[body].inverse_mass;
-        state.frame_x = root * back[0];
-        state.frame_y = root * back[1];
-        state.frame_z = root * back[2];
+        frame = Axes(root * back[0], root * back[1], root * back[2]);
         if (state.inverse_mass > 0.0) {
-            state.spin = times(frame_of(state), velocities[i].angular) / inverse_inertia;
+            state.spin = times(matrix_of(frame), velocities[i].angular) / inverse_inertia;
         }
     }
     moving[index] = state;
+    axes[index] = frame;
 }

@@ -15,12 +15,15 @@ const PATCH_LANES: u32 = 32u;
 @group(0) @binding(1) var<uniform> sim: Sim;
 @group(0) @binding(2) var<storage, read> poses: array<Pose>;
 @group(0) @binding(3) var<storage, read> moving: array<Moving>;
-@group(0) @binding(4) var<storage, read> patch_counts: array<u32>;
-@group(0) @binding(5) var<storage, read> patches: array<Patch>;
-@group(0) @binding(6) var<storage, read> contacts: array<Contact>;
-@group(0) @binding(7) var<storage, read_write> frictions: array<Friction>;
-@group(0) @binding(8) var<storage, read_write> normals: array<Normal>;
-@group(0) @binding(9) var<storage, read_write> cursors: array<Cursor>;
+@group(0) @binding(4) var<storage, read> axes: array<Axes>;
+@group(0) @binding(5) var<storage, read> patch_counts: array<u32>;
+@group(0) @binding(6) var<storage, read> patches: array<Patch>;
+@group(0) @binding(7) var<storage, read> contacts: array<Contact>;
+@group(0) @binding(8) var<storage, read_write> frictions: array<Friction>;
+@group(0) @binding(9) var<storage, read_write> normals: array<Normal>;
+@group(0) @binding(10) var<storage, read_write> cursors: array<Cursor>;
+
+#import aim
 
 // Where the patch carries its load: the mean of its points, weighted by their last impulses; unweighted at first.
 fn center_of_pressure(first: u32, count: u32) -> vec3<f32> {
@@ -54,8 +57,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     for (var i = index % PATCH_LANES; i < min(patch_counts[candidate], rows); i += PATCH_LANES) {
         let at = patches[slots + i];
         let grounded = at.a == GROUND;
-        let a = moving[first_moving + select(at.a, batch.bodies, grounded)];
-        let b = moving[first_moving + at.b];
+        let row_a = first_moving + select(at.a, batch.bodies, grounded);
+        let row_b = first_moving + at.b;
+        let a = matrix_of(axes[row_a]);
+        let b = matrix_of(axes[row_b]);
+        let inverse_mass = moving[row_a].inverse_mass + moving[row_b].inverse_mass;
         let origin_a = select(poses[first_body + select(at.a, 0u, grounded)].translation, vec3(0.0), grounded);
         let origin_b = poses[first_body + at.b].translation;
         let first = slots + at.first;
@@ -65,9 +71,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         friction.v = cross(at.normal, friction.u);
         friction.arm_a = center - origin_a;
         friction.arm_b = center - origin_b;
-        aim_friction(&friction, a, b);
-        friction.twist_a = times(frame_of(a), at.normal);
-        friction.twist_b = times(frame_of(b), at.normal);
+        aim_friction(&friction, a, b, inverse_mass);
+        friction.twist_a = times(a, at.normal);
+        friction.twist_b = times(b, at.normal);
         friction.mass_twist =
             inverse_of(dot(friction.twist_a, friction.twist_a) + dot(friction.twist_b, friction.twist_b));
         friction.impulse = vec3(dot(at.friction, friction.u), dot(at.friction, friction.v), at.twist);
@@ -77,17 +83,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             let lever = distance(contact.point, center);
             let separation = contact.separation - sim.rest_offset;
             let met = clamp(separation, -RESTING_DEPTH, -LEAST_RESTING_DEPTH);
-            normals[first + k] = Normal(
-                row.axis,
-                mass_of(row, a, b),
-                row.torque_a,
-                separation,
-                row.torque_b,
-                lever,
-                contact.impulse,
-                contact.load,
-                select(met, contact.rest, contact.rest < 0.0),
-            );
+            var normal = Normal();
+            normal.axis = row.axis;
+            normal.mass = mass_of(row, inverse_mass);
+            normal.torque_a = row.torque_a;
+            normal.torque_b = row.torque_b;
+            normal.start = separation;
+            normal.lever = lever;
+            normal.impulse = contact.impulse;
+            normal.load = contact.load;
+            normal.rest = select(met, contact.rest, contact.rest < 0.0);
+            aim(&normal, separation);
+            normals[first + k] = normal;
             friction.limit += contact.impulse;
             friction.twist_limit += contact.impulse * lever;
         }

@@ -1,4 +1,4 @@
-//! Kernels `solve_bodies`, `solve_load`, `solve`, `integrate`: one substep from the CPU's contacts.
+//! Kernels `solve_bodies`, `solve_load`, `solve` or `solve_waves`, `integrate`: one substep from the CPU's contacts.
 
 use super::Test;
 use super::fixture::{Device, SIZES, Value, compare, noise};
@@ -9,7 +9,7 @@ use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::contacts::{Contact, Patch};
 use rest3d_gpu::cpu::{Group, Workspace, narrow_phase::Separator};
-use rest3d_gpu::gpu::{Batch, Motion, Recorder, Sim, Solver, Touching, rounds};
+use rest3d_gpu::gpu::{Batch, Motion, Recorder, Sim, Solver, Touching, Way, rounds};
 use rest3d_gpu::gpu::{Contact as GpuContact, Patch as GpuPatch};
 use rest3d_gpu::world::{Pose, SimSettings, Status, Velocity, World};
 use std::ops::Range;
@@ -22,6 +22,8 @@ pub const TESTS: &[Test] = &[
     ("solver::tells_what_is_not_done", tells_what_is_not_done),
     ("solver::tells_what_is_not_finite", tells_what_is_not_finite),
 ];
+
+const WAYS: [Way; 2] = [Way::Candidates, Way::Waves];
 
 /// Sums over hundreds of sweeps that are contracted differently: m/s and rad/s; kilogrammes make N s of them.
 const TOLERANCE: f32 = 2e-5;
@@ -199,7 +201,7 @@ impl Tables {
 /// Runs a substep in tables of the given parity; compares with what is expected, if anything.
 fn solved(
     device: &Device,
-    how: (&World, &Sim, usize),
+    how: (&World, &Sim, usize, Way),
     before: &Tables,
     after: Option<&Tables>,
 ) -> Result<(Vec<Pose>, Vec<u32>), Failed> {
@@ -209,7 +211,7 @@ fn solved(
 /// The same, with kernel `solve` run so often at most.
 fn solved_in(
     device: &Device,
-    (world, parameters, parity): (&World, &Sim, usize),
+    (world, parameters, parity, way): (&World, &Sim, usize, Way),
     before: &Tables,
     after: Option<&Tables>,
     runs: usize,
@@ -230,20 +232,21 @@ fn solved_in(
     let idle = Touching { counts: &unused.0, patches: &unused.1, contacts: &unused.2 };
     let roles = if parity == 0 { [used, idle] } else { [idle, used] };
     let sizes = [candidates, world.bodies.len() as u32];
-    let solver = Solver::new(&device.gpu, device.kernels()?, sizes, (parameters, &sim), motion, roles)?;
+    let solver = Solver::new(&device.gpu, device.kernels()?, sizes, (parameters, &sim), way, motion, roles)?;
     device.poison(&solver.moving);
     device.poison(&solver.frictions);
     device.poison(&solver.normals);
     let mut recorder = Recorder::new(&device.gpu);
     let mut left = runs;
     recorder.run(solver.steps(parity).iter().filter(|step| {
-        let is_left = step.name != "solve" || left > 0;
-        left -= usize::from(step.name == "solve" && is_left);
+        let is_counted = ["solve", "solve_waves"].contains(&step.name);
+        let is_left = !is_counted || left > 0;
+        left -= usize::from(is_counted && is_left);
         is_left
     }));
     recorder.submit();
     if let Some(after) = after {
-        let what = format!("{candidates}, parity {parity}");
+        let what = format!("{way:?}, {candidates}, parity {parity}");
         device.expect(&format!("poses, {what}"), &poses, &after.poses, TOLERANCE)?;
         device.expect(&format!("velocities, {what}"), &velocities, &after.velocities, TOLERANCE)?;
         device.expect(&format!("patches, {what}"), &patches, &after.patches, TOLERANCE)?;
@@ -260,7 +263,9 @@ fn is_its_twin(device: &Device) -> Result<(), Failed> {
         let (before, after): (Vec<_>, Vec<_>) = states(&world, &settings)?.into_iter().map(|[b, a]| (b, a)).unzip();
         for (parity, candidates) in SIZES.into_iter().enumerate() {
             let tables = [&before, &after].map(|states| Tables::new(&world, states, candidates));
-            solved(device, (&world, &sim, parity % 2), &tables[0], Some(&tables[1]))?;
+            for way in WAYS {
+                solved(device, (&world, &sim, parity % 2, way), &tables[0], Some(&tables[1]))?;
+            }
         }
     }
     Ok(())
@@ -274,7 +279,9 @@ fn tries_again_as_its_twin(device: &Device) -> Result<(), Failed> {
         let (before, after): (Vec<_>, Vec<_>) =
             states_after(&world, &settings, 0.0, 20..60)?.into_iter().map(|[b, a]| (b, a)).unzip();
         let tables = [&before, &after].map(|states| Tables::new(&world, states, states.len() as u32));
-        solved(device, (&world, &Sim::new(&settings, world.capacities), 0), &tables[0], Some(&tables[1]))?;
+        for way in WAYS {
+            solved(device, (&world, &Sim::new(&settings, world.capacities), 0, way), &tables[0], Some(&tables[1]))?;
+        }
     }
     Ok(())
 }
@@ -282,12 +289,17 @@ fn tries_again_as_its_twin(device: &Device) -> Result<(), Failed> {
 fn gives_the_same_bits_again(device: &Device) -> Result<(), Failed> {
     let (world, settings) = (world(), SimSettings::default());
     let before: Vec<State> = states(&world, &settings)?.into_iter().map(|[before, _]| before).collect();
-    let run = |candidates| {
+    let run = |candidates, way| {
         let tables = Tables::new(&world, &before, candidates);
-        solved(device, (&world, &Sim::new(&settings, world.capacities), 0), &tables, None).map(|(poses, _)| poses)
+        solved(device, (&world, &Sim::new(&settings, world.capacities), 0, way), &tables, None).map(|(poses, _)| poses)
     };
-    let (first, again, fewer) = (run(65)?, run(65)?, run(7)?);
-    if first == again && first.starts_with(&fewer) { Ok(()) } else { Err("two runs differ".into()) }
+    for way in WAYS {
+        let (first, again, fewer) = (run(65, way)?, run(65, way)?, run(7, way)?);
+        if first != again || !first.starts_with(&fewer) {
+            return Err(format!("two runs differ: {way:?}").into());
+        }
+    }
+    Ok(())
 }
 
 /// However few rounds its loops may take at a time, down to a single sweep.
@@ -298,13 +310,15 @@ fn goes_on_where_it_stopped(device: &Device) -> Result<(), Failed> {
             states_after(&world, &settings, 0.003, steps)?.into_iter().map(|[before, _]| before).collect();
         let tables = Tables::new(&world, &before, 65);
         let sim = Sim::new(&settings, world.capacities);
-        let (whole, _) = solved(device, (&world, &sim, 0), &tables, None)?;
-        for loops in [0, 3000, 20_000, 200_000] {
-            let sim = Sim { loops, ..sim };
-            let (poses, statuses) = solved(device, (&world, &sim, 0), &tables, None)?;
-            let rounds = rounds(&sim, world.bodies.len() as u32);
-            if rounds < 2 || poses != whole || statuses.iter().any(|status| *status != 0) {
-                return Err(format!("with {loops} rounds of its loops").into());
+        for way in WAYS {
+            let (whole, _) = solved(device, (&world, &sim, 0, way), &tables, None)?;
+            for loops in [0, 3000, 20_000, 200_000] {
+                let sim = Sim { loops, ..sim };
+                let (poses, statuses) = solved(device, (&world, &sim, 0, way), &tables, None)?;
+                let rounds = rounds(&sim, world.bodies.len() as u32);
+                if rounds < 2 || poses != whole || statuses.iter().any(|status| *status != 0) {
+                    return Err(format!("{way:?} with {loops} rounds of its loops").into());
+                }
             }
         }
     }
@@ -317,10 +331,12 @@ fn tells_what_is_not_done(device: &Device) -> Result<(), Failed> {
     let before: Vec<State> = states(&world, &settings)?.into_iter().map(|[before, _]| before).collect();
     let tables = Tables::new(&world, &before, 7);
     let sim = Sim { loops: 0, ..Sim::new(&settings, world.capacities) };
-    let all = |runs| solved_in(device, (&world, &sim, 0), &tables, None, runs).map(|(_, statuses)| statuses);
-    if all(usize::MAX)?.iter().any(|status| *status != 0) || all(1)?.iter().any(|status| *status != Status::CONTACTS.0)
-    {
-        return Err("a substep is done or not, and the status says otherwise".into());
+    for way in WAYS {
+        let all = |runs| solved_in(device, (&world, &sim, 0, way), &tables, None, runs).map(|(_, statuses)| statuses);
+        let (done, once) = (all(usize::MAX)?, all(1)?);
+        if done.iter().any(|status| *status != 0) || once.iter().any(|status| *status != Status::CONTACTS.0) {
+            return Err(format!("{way:?}: a substep is done or not, and the status says otherwise").into());
+        }
     }
     Ok(())
 }
@@ -335,7 +351,12 @@ fn tells_what_is_not_finite(device: &Device) -> Result<(), Failed> {
     tables.poses[free(1)].translation.y = f32::INFINITY;
     tables.velocities[free(4)].linear.z = f32::INFINITY;
     tables.velocities[free(5)].angular.x = f32::INFINITY;
-    let (_, statuses) = solved(device, (&world, &Sim::new(&settings, world.capacities), 0), &tables, None)?;
     let expected = [false, true, false, true, true, true, false].map(|bad| if bad { Status::NOT_FINITE.0 } else { 0 });
-    if statuses == expected { Ok(()) } else { Err(format!("{statuses:?}").into()) }
+    for way in WAYS {
+        let (_, statuses) = solved(device, (&world, &Sim::new(&settings, world.capacities), 0, way), &tables, None)?;
+        if statuses != expected {
+            return Err(format!("{way:?}: {statuses:?}").into());
+        }
+    }
+    Ok(())
 }

@@ -3,31 +3,39 @@
 
 #import vector
 
-// State of a body.
+// Motion of a body.
 struct Moving {
     // m/s
     linear: vec3<f32>,
     inverse_mass: f32,
     // Angular velocity, as the frame has it.
     spin: vec3<f32>,
-    // 1 if it has contacts, or may come to touch something; 3 if that is something fixed.
-    touched: u32,
-    // Shift since the substep's start, m.
-    shift: vec3<f32>,
     // The number of the last sweep of the small step in which its contacts are solved.
     restless: u32,
+    // Shift since the substep's start, m.
+    shift: vec3<f32>,
+    // 1 if it has contacts, or may come to touch something; 3 if that is something fixed.
+    touched: u32,
     // Turn since the substep's start, as the frame has it.
     turn: vec3<f32>,
-    // Columns of the frame: from the world to the body's principal axes at the substep's start, each scaled by the root of
-    // its inverse moment of inertia. There a torque's arm is also what a unit impulse does to the spin.
-    frame_x: vec3<f32>,
-    frame_y: vec3<f32>,
-    frame_z: vec3<f32>,
-    // `linear`, `spin`, `shift` and `turn` before the impulses of the small step.
-    free_linear: vec3<f32>,
-    free_spin: vec3<f32>,
-    free_shift: vec3<f32>,
-    free_turn: vec3<f32>,
+    // Twice the most kinetic energy that it may have after the small step, J.
+    allowed: f32,
+}
+
+// Columns of the matrix from the world to the body's principal axes at the substep's start, each scaled by the root of its
+// inverse moment of inertia. There a torque's arm is also what a unit impulse does to the spin.
+struct Axes {
+    x: vec3<f32>,
+    y: vec3<f32>,
+    z: vec3<f32>,
+}
+
+// Motion of a body before the impulses of the small step; as in `Moving`.
+struct Free {
+    linear: vec3<f32>,
+    spin: vec3<f32>,
+    shift: vec3<f32>,
+    turn: vec3<f32>,
 }
 
 // A contact point ready to solve, in the order of a sweep.
@@ -38,7 +46,7 @@ struct Normal {
     // Torque of a unit impulse about either body, in its frame.
     torque_a: vec3<f32>,
     // Separation at the substep's start less the rest offset, m.
-    separation: f32,
+    start: f32,
     torque_b: vec3<f32>,
     // Distance from the patch's centre, m: lever of its friction against twisting.
     lever: f32,
@@ -48,6 +56,16 @@ struct Normal {
     load: f32,
     // `Contact::rest`
     rest: f32,
+    // What the impulse works towards at the contact's separation, as `cpu::solve::rows::Aim`. Speed at which the surfaces are
+    // to come closer, rigid or as a spring, m/s.
+    rigid_bias: f32,
+    spring_bias: f32,
+    // Effective mass less the spring's give, kg.
+    spring_mass: f32,
+    // Share of the impulse beyond its load that the spring gives back.
+    leak: f32,
+    // Change of the spring's impulse that is none, N s.
+    tolerance: f32,
 }
 
 // Friction of a patch: two directions at the centre of pressure and the twist about the normal.
@@ -101,34 +119,34 @@ struct Row {
     torque_b: vec3<f32>,
 }
 
-fn frame_of(body: Moving) -> mat3x3<f32> {
-    return mat3x3(body.frame_x, body.frame_y, body.frame_z);
+fn matrix_of(axes: Axes) -> mat3x3<f32> {
+    return mat3x3(axes.x, axes.y, axes.z);
 }
 
 fn inverse_of(k: f32) -> f32 {
     return select(0.0, 1.0 / k, k > 0.0);
 }
 
-// Effective mass of a row.
-fn mass_of(row: Row, a: Moving, b: Moving) -> f32 {
+// Effective mass of a row between bodies whose inverse masses add up to so much.
+fn mass_of(row: Row, inverse_mass: f32) -> f32 {
     let turning = dot(row.torque_a, row.torque_a) + dot(row.torque_b, row.torque_b);
-    return inverse_of(dot(row.axis, row.axis) * (a.inverse_mass + b.inverse_mass) + turning);
+    return inverse_of(dot(row.axis, row.axis) * inverse_mass + turning);
 }
 
 // The row along `axis` of a point with these lever arms.
-fn row_along(axis: vec3<f32>, arm_a: vec3<f32>, arm_b: vec3<f32>, a: Moving, b: Moving) -> Row {
-    return Row(axis, times(frame_of(a), cross(arm_a, axis)), times(frame_of(b), cross(arm_b, axis)));
+fn row_along(axis: vec3<f32>, arm_a: vec3<f32>, arm_b: vec3<f32>, a: mat3x3<f32>, b: mat3x3<f32>) -> Row {
+    return Row(axis, times(a, cross(arm_a, axis)), times(b, cross(arm_b, axis)));
 }
 
 // Sets the rows of a patch's friction at its lever arms.
-fn aim_friction(friction: ptr<function, Friction>, a: Moving, b: Moving) {
+fn aim_friction(friction: ptr<function, Friction>, a: mat3x3<f32>, b: mat3x3<f32>, inverse_mass: f32) {
     let u = row_along((*friction).u, (*friction).arm_a, (*friction).arm_b, a, b);
     let v = row_along((*friction).v, (*friction).arm_a, (*friction).arm_b, a, b);
     (*friction).u_a = u.torque_a;
     (*friction).u_b = u.torque_b;
     (*friction).v_a = v.torque_a;
     (*friction).v_b = v.torque_b;
-    (*friction).mass = min(mass_of(u, a, b), mass_of(v, a, b));
+    (*friction).mass = min(mass_of(u, inverse_mass), mass_of(v, inverse_mass));
 }
 
 // Which of `count` points of a patch comes as the `k`-th of a sweep: every third, so that points across the patch follow

@@ -36,7 +36,7 @@ pub use funnel::Funnel;
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
 pub use layout::{
-    Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged,
+    Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Axes, Free, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged,
     Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
 };
 pub use pipelines::identity;
@@ -46,6 +46,6 @@ pub use raster::GpuPainter;
 pub use search::GpuSearch;
 pub use self_test::self_test;
 pub use simulation::{Pace, Simulation, State};
-pub use solver::{Solver, Touching, rounds};
+pub use solver::{Solver, Touching, Way, rounds};
 pub use tables::Tables;
 pub use timer::Timer;

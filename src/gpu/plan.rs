@@ -4,7 +4,7 @@
 
 use super::kernels::SHADERS;
 use super::layout::{
-    Ball, Bounds, Contact, Cursor, Facing, Flags, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged, Moving,
+    Ball, Bounds, Contact, Cursor, Facing, Flags, Axes, Free, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged, Moving,
     Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
 };
 use super::layout::{Batch, Body, Draw, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
@@ -33,7 +33,7 @@ fn bytes<T>(count: usize) -> u64 {
 }
 
 /// Buffers of `Simulation`, by candidate simulated at a time.
-fn simulation(world: &World) -> [Row; 35] {
+fn simulation(world: &World) -> [Row; 37] {
     let [bodies, pairs, hulls] = [world.bodies.len(), world.pairs.len(), world.hulls.hulls.len()];
     let [hull_pairs, contacts] = [world.capacities.hull_pairs, world.capacities.contacts].map(|n| n as usize);
     let (slots, entries) = (hull_pairs + hulls, pairs + bodies);
@@ -70,6 +70,8 @@ fn simulation(world: &World) -> [Row; 35] {
         ("starts", bytes::<[u32; 2]>(entries)),
         ("starts", bytes::<[u32; 2]>(entries)),
         ("moving", bytes::<Moving>(bodies + 1)),
+        ("axes", bytes::<Axes>(bodies + 1)),
+        ("free", bytes::<Free>(bodies + 1)),
         ("normals", bytes::<Normal>(contacts)),
         ("frictions", bytes::<Friction>(patch_rows(contacts as u32) as usize)),
         ("cursors", bytes::<Cursor>(1)),

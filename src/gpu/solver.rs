@@ -2,14 +2,36 @@
 
 use super::buffer::Buffer;
 use super::collide::Motion;
-use super::device::{Gpu, GpuError};
+use super::device::{AdapterKind, Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
-use super::layout::{Contact, Cursor, Friction, Moving, Normal, Patch, Sim};
+use super::layout::{Contact, Cursor, Axes, Free, Friction, Moving, Normal, Patch, Sim};
 use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS};
 
 /// Invocations that share a candidate's patches, as in `solve_load`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
+
+/// Invocations that share a candidate's patches, as in `solve_waves`.
+const WAVE_LANES: u32 = kernels::constants::WAVE_LANES;
+
+/// How the small steps of all candidates are shared out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// An invocation a candidate, kernel `solve`: what software adapters are best at, because they have few units.
+    Candidates,
+    /// A workgroup a candidate, kernel `solve_waves`: cards have thousands of units that would wait for memory.
+    Waves,
+}
+
+impl Way {
+    /// The faster one of those that this adapter can go with so many bodies. DirectX's older compiler refuses barriers in
+    /// loops whose end it does not know.
+    pub fn best(gpu: &Gpu, bodies: u32) -> Self {
+        let report = gpu.report();
+        let suits = report.kind != AdapterKind::Software && report.api != "Dx12";
+        if suits && bodies < kernels::constants::MOST_BODIES { Self::Waves } else { Self::Candidates }
+    }
+}
 
 /// Most patches of a candidate with so many slots for contact points, as `patch_rows` in the shaders.
 pub fn patch_rows(contacts: u32) -> u32 {
@@ -28,9 +50,9 @@ pub fn rounds(sim: &Sim, bodies: u32) -> u32 {
 fn portion(sim: &Sim, bodies: u32, longest: u64) -> [u64; 2] {
     let points = 1 + MAX_MANIFOLD_POINTS as u64;
     let [loops, patches, bodies] = [sim.loops, patch_rows(sim.contacts), bodies].map(u64::from);
-    let sweep = (1 + points) * patches + 1;
-    let apart = 4 * u64::from(kernels::constants::COUNTED_TOGETHER);
-    let around = (2 + (2 + apart) * points) * patches + (2 + longest) * bodies + 1;
+    let sweep = (1 + points) * patches + 3;
+    let apart = 8 * u64::from(kernels::constants::COUNTED_TOGETHER);
+    let around = (2 + (2 + apart) * points) * patches + (2 + longest) * bodies + 3;
     let steps = (loops / (around + longest * sweep)).max(1);
     [steps, (loops.saturating_sub(around) / sweep).clamp(1, longest)]
 }
@@ -68,6 +90,7 @@ impl Solver {
         kernels: &Kernels,
         [candidates, bodies]: [u32; 2],
         (parameters, sim): (&Sim, &Buffer<Sim>),
+        way: Way,
         motion: Motion<'_>,
         touching: [Touching<'_>; 2],
     ) -> Result<Self, GpuError> {
@@ -78,12 +101,15 @@ impl Solver {
         let patches = candidates as usize * patch_rows(parameters.contacts) as usize;
         let frictions = Buffer::<Friction>::new(gpu, "frictions", patches)?;
         let cursors = Buffer::<Cursor>::new(gpu, "cursors", candidates as usize)?;
+        let axes = Buffer::<Axes>::new(gpu, "axes", rows as usize)?;
+        let free = Buffer::<Free>::new(gpu, "free", rows as usize)?;
         let start = kernels::SolveBodiesBuffers {
             batch: motion.batch.uniform(),
             bodies: motion.bodies.read(),
             poses: motion.poses.read(),
             velocities: motion.velocities.read(),
             moving: moving.write(),
+            axes: axes.write(),
         };
         let steps = touching.map(|Touching { counts, patches, contacts }| {
             let load = kernels::SolveLoadBuffers {
@@ -91,6 +117,7 @@ impl Solver {
                 sim: sim.uniform(),
                 poses: motion.poses.read(),
                 moving: moving.read(),
+                axes: axes.read(),
                 patch_counts: counts.read(),
                 patches: patches.read(),
                 contacts: contacts.read(),
@@ -98,21 +125,40 @@ impl Solver {
                 normals: normals.write(),
                 cursors: cursors.write(),
             };
-            let solve = kernels::SolveBuffers {
-                batch: motion.batch.uniform(),
-                sim: sim.uniform(),
-                patch_counts: counts.read(),
-                patches: patches.read(),
-                moving: moving.write(),
-                frictions: frictions.write(),
-                normals: normals.write(),
-                cursors: cursors.write(),
+            let solve = || match way {
+                Way::Candidates => kernels::SolveBuffers {
+                    batch: motion.batch.uniform(),
+                    sim: sim.uniform(),
+                    patch_counts: counts.read(),
+                    patches: patches.read(),
+                    axes: axes.read(),
+                    free: free.write(),
+                    moving: moving.write(),
+                    frictions: frictions.write(),
+                    normals: normals.write(),
+                    cursors: cursors.write(),
+                }
+                .step(gpu, kernels, candidates),
+                Way::Waves => kernels::SolveWavesBuffers {
+                    batch: motion.batch.uniform(),
+                    sim: sim.uniform(),
+                    patch_counts: counts.read(),
+                    patches: patches.read(),
+                    axes: axes.read(),
+                    free: free.write(),
+                    bodies: moving.write(),
+                    frictions: frictions.write(),
+                    normals: normals.write(),
+                    cursors: cursors.write(),
+                }
+                .step(gpu, kernels, candidates * WAVE_LANES),
             };
             let integrate = kernels::IntegrateBuffers {
                 batch: motion.batch.uniform(),
                 sim: sim.uniform(),
                 bodies: motion.bodies.read(),
                 moving: moving.read(),
+                axes: axes.read(),
                 patch_counts: counts.read(),
                 frictions: frictions.read(),
                 normals: normals.read(),
@@ -124,7 +170,7 @@ impl Solver {
                 statuses: motion.statuses.write(),
             };
             let mut steps = vec![start.step(gpu, kernels, rows), load.step(gpu, kernels, candidates * PATCH_LANES)];
-            steps.extend((0..rounds(parameters, bodies)).map(|_| solve.step(gpu, kernels, candidates)));
+            steps.extend((0..rounds(parameters, bodies)).map(|_| solve()));
             steps.push(integrate.step(gpu, kernels, candidates));
             steps
         });

@@ -18,8 +18,8 @@ impl<S: Simd> Wide<S> {
             let [linear, spin, ..] = body.free;
             energy += body.linear.dot(body.linear) / body.inverse_mass;
             energy += body.spin.dot(body.spin);
-            bound += (linear.dot(linear) * ENERGY_GAIN + LEFT_SPEED * LEFT_SPEED) / body.inverse_mass;
-            bound += spin.dot(spin) * ENERGY_GAIN;
+            let allowed = (linear.dot(linear) * ENERGY_GAIN + LEFT_SPEED * LEFT_SPEED) / body.inverse_mass;
+            bound += allowed + spin.dot(spin) * ENERGY_GAIN;
         }
         energy.simd_gt(bound)
     }

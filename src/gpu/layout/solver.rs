@@ -60,7 +60,7 @@ pub struct Contact {
     pad: [u32; 3],
 }
 
-/// State of a body while a substep is solved.
+/// Motion of a body while a substep is solved.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Moving {
@@ -70,36 +70,47 @@ pub struct Moving {
     pub inverse_mass: f32,
     /// Angular velocity, as the frame has it.
     pub spin: Vec3,
-    /// 1 if it has contacts, or may come to touch something; 3 if that is something fixed.
-    pub touched: u32,
-    /// Since the substep's start, m.
-    pub shift: Vec3,
     /// The number of the last sweep of the small step in which its contacts are solved.
     pub restless: u32,
+    /// Since the substep's start, m.
+    pub shift: Vec3,
+    /// 1 if it has contacts, or may come to touch something; 3 if that is something fixed.
+    pub touched: u32,
     /// Since the substep's start, as the frame has it.
     pub turn: Vec3,
+    /// Twice the most kinetic energy that it may have after the small step, J.
+    pub allowed: f32,
+}
+
+/// From the world to a body's principal axes at the substep's start, each scaled by the root of its inverse moment of
+/// inertia.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Axes {
+    /// Columns of the matrix.
+    pub x: Vec3,
     pad1: u32,
-    /// First column of the frame: from the world to the principal axes, each scaled by the root of its inverse inertia.
-    pub frame_x: Vec3,
+    #[allow(missing_docs)]
+    pub y: Vec3,
     pad2: u32,
-    /// Second column.
-    pub frame_y: Vec3,
+    #[allow(missing_docs)]
+    pub z: Vec3,
     pad3: u32,
-    /// Third column.
-    pub frame_z: Vec3,
+}
+
+/// Motion of a body before the impulses of a small step; as in `Moving`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Free {
+    pub linear: Vec3,
+    pad1: u32,
+    pub spin: Vec3,
+    pad2: u32,
+    pub shift: Vec3,
+    pad3: u32,
+    pub turn: Vec3,
     pad4: u32,
-    /// `linear` before the impulses of the small step.
-    pub free_linear: Vec3,
-    pad5: u32,
-    /// `spin` before them.
-    pub free_spin: Vec3,
-    pad6: u32,
-    /// `shift` before them.
-    pub free_shift: Vec3,
-    pad7: u32,
-    /// `turn` before them.
-    pub free_turn: Vec3,
-    pad8: u32,
 }
 
 /// A contact point while a substep is solved.
@@ -112,8 +123,8 @@ pub struct Normal {
     pub mass: f32,
     /// Torque of a unit impulse about the first body, in its frame.
     pub torque_a: Vec3,
-    /// At the substep's start, less the rest offset, m.
-    pub separation: f32,
+    /// Separation at the substep's start, less the rest offset, m.
+    pub start: f32,
     /// The same about the second.
     pub torque_b: Vec3,
     /// Distance from the patch's centre, m.
@@ -124,7 +135,16 @@ pub struct Normal {
     pub load: f32,
     /// `Contact::rest`
     pub rest: f32,
-    pad: u32,
+    /// Speed at which the surfaces are to come closer if the contact is rigid, m/s.
+    pub rigid_bias: f32,
+    /// The same if it is a spring.
+    pub spring_bias: f32,
+    /// Effective mass less the spring's give, kg.
+    pub spring_mass: f32,
+    /// Share of the impulse beyond its load that the spring gives back.
+    pub leak: f32,
+    /// Change of the spring's impulse that is none, N s.
+    pub tolerance: f32,
 }
 
 /// Friction of a patch while a substep is solved.

@@ -1,0 +1,415 @@
+// The small steps of a substep, as `src/cpu/solve/`': accelerate, warm start, friction and springs until they change little,
+// advance, follow, then friction and rigid normals until nothing approaches any more; all but the warm start once more if
+// that gained energy. All sweeps are one loop, because software drivers compile code that occurs twice twice.
+//
+// Import it below the bindings. The kernel has the tables that are named here, and says how invocations share a candidate:
+// each has every so many of its bodies and patches, `is_due` tells whose turn it is in a sweep, and between turns they
+// `pause`.
+
+#import aim
+#import constants
+#import batch
+#import contact
+#import sim
+#import solver
+
+// Most sweeps of a small step that gains no energy. Those of its second attempt have the numbers that follow, and then those
+// that are made in any case.
+const ATTEMPT: u32 = MAX_PUSHING_SWEEPS + MAX_RELAXING_SWEEPS;
+
+// Invocations whose loops software drivers count together: what each does in a sweep of its own adds up.
+const COUNTED_TOGETHER: u32 = 8u;
+
+// An invocation's share of a candidate.
+struct Share {
+    // Which it is, and of how many.
+    lane: u32,
+    lanes: u32,
+    // First row in `moving`, and in `axes` and `free`.
+    moving: u32,
+    axes: u32,
+    // First row in `patches` and `normals`, and in `frictions`.
+    slots: u32,
+    rows: u32,
+    // How many patches, and how many turns a sweep there and back takes.
+    patches: u32,
+    turns: vec2<u32>,
+}
+
+// Two bodies while their constraints are solved.
+struct Pair {
+    a: u32,
+    b: u32,
+    inverse_mass_a: f32,
+    inverse_mass_b: f32,
+    linear_a: vec3<f32>,
+    spin_a: vec3<f32>,
+    linear_b: vec3<f32>,
+    spin_b: vec3<f32>,
+}
+
+// A patch's bodies, from the candidate's first row on.
+fn bodies_of(at: Patch) -> vec2<u32> {
+    return vec2(select(at.a, batch.bodies, at.a == GROUND), at.b);
+}
+
+fn pair_of(bodies: vec2<u32>) -> Pair {
+    let a = moving[bodies.x];
+    let b = moving[bodies.y];
+    return Pair(bodies.x, bodies.y, a.inverse_mass, b.inverse_mass, a.linear, a.spin, b.linear, b.spin);
+}
+
+// What is fixed stays as it is, and others may read it.
+fn store(pair: ptr<function, Pair>) {
+    if ((*pair).inverse_mass_a > 0.0) {
+        moving[(*pair).a].linear = (*pair).linear_a;
+        moving[(*pair).a].spin = (*pair).spin_a;
+    }
+    if ((*pair).inverse_mass_b > 0.0) {
+        moving[(*pair).b].linear = (*pair).linear_b;
+        moving[(*pair).b].spin = (*pair).spin_b;
+    }
+}
+
+// Relative velocity along the row, m/s.
+fn relative(pair: ptr<function, Pair>, row: Row) -> f32 {
+    return dot(row.axis, (*pair).linear_b - (*pair).linear_a) + dot(row.torque_b, (*pair).spin_b)
+        - dot(row.torque_a, (*pair).spin_a);
+}
+
+fn push(pair: ptr<function, Pair>, row: Row, impulse: f32) {
+    (*pair).linear_a -= impulse * (*pair).inverse_mass_a * row.axis;
+    (*pair).spin_a -= impulse * row.torque_a;
+    (*pair).linear_b += impulse * (*pair).inverse_mass_b * row.axis;
+    (*pair).spin_b += impulse * row.torque_b;
+}
+
+fn twist_by(pair: ptr<function, Pair>, friction: Friction, impulse: f32) {
+    (*pair).spin_a -= impulse * friction.twist_a;
+    (*pair).spin_b += impulse * friction.twist_b;
+}
+
+fn accelerate(share: Share) {
+    let linear = 1.0 / (1.0 + sim.small_step * sim.linear_damping);
+    let angular = 1.0 / (1.0 + sim.small_step * sim.angular_damping);
+    for (var body = share.lane; body < batch.bodies; body += share.lanes) {
+        let i = share.moving + body;
+        let inverse_mass = moving[i].inverse_mass;
+        if (inverse_mass == 0.0) {
+            continue;
+        }
+        let now = (moving[i].linear + vec3(0.0, sim.small_step * sim.gravity, 0.0)) * linear;
+        let spin = moving[i].spin * angular;
+        moving[i].linear = now;
+        moving[i].spin = spin;
+        free[share.axes + body] = Free(now, spin, moving[i].shift, moving[i].turn);
+        let allowed = (dot(now, now) * ENERGY_GAIN + LEFT_SPEED * LEFT_SPEED) / inverse_mass;
+        moving[i].allowed = allowed + dot(spin, spin) * ENERGY_GAIN;
+        moving[i].restless = MIN_PUSHING_SWEEPS - 1u;
+    }
+}
+
+fn warm_start(share: Share) {
+    for (var turn = 0u; turn < share.turns.x; turn++) {
+        for (var p = share.lane; p < share.patches; p += share.lanes) {
+            if (!is_due(share, p, turn, false)) {
+                continue;
+            }
+            let friction = frictions[share.rows + p];
+            var pair = pair_of(share.moving + bodies_of(patches[share.slots + p]));
+            push(&pair, Row(friction.u, friction.u_a, friction.u_b), friction.impulse.x);
+            push(&pair, Row(friction.v, friction.v_a, friction.v_b), friction.impulse.y);
+            twist_by(&pair, friction, friction.impulse.z);
+            store(&pair);
+            if (pair.inverse_mass_a > 0.0) {
+                moving[pair.a].touched |= select(1u, 3u, pair.inverse_mass_b == 0.0);
+            }
+            if (pair.inverse_mass_b > 0.0) {
+                moving[pair.b].touched |= select(1u, 3u, pair.inverse_mass_a == 0.0);
+            }
+        }
+        pause();
+    }
+    for (var turn = 0u; turn < share.turns.x; turn++) {
+        for (var p = share.lane; p < share.patches; p += share.lanes) {
+            if (!is_due(share, p, turn, false)) {
+                continue;
+            }
+            let at = patches[share.slots + p];
+            var pair = pair_of(share.moving + bodies_of(at));
+            for (var j = share.slots + at.first; j < share.slots + at.first + at.count; j++) {
+                push(&pair, Row(normals[j].axis, normals[j].torque_a, normals[j].torque_b), normals[j].impulse);
+            }
+            store(&pair);
+        }
+        pause();
+    }
+}
+
+// True if a patch between these bodies has to be solved in this sweep.
+fn is_restless(bodies: vec2<u32>, sweep: u32) -> bool {
+    return max(moving[bodies.x].restless, moving[bodies.y].restless) >= sweep;
+}
+
+// The contacts of a body are solved in the sweep after this one, too, and in the rest of this; the first sweeps are of all
+// contacts in any case.
+fn disturb(body: u32, sweep: u32) {
+    if (moving[body].inverse_mass > 0.0) {
+        moving[body].restless = max(moving[body].restless, sweep + 1u);
+    }
+}
+
+// Coulomb: the tangential impulse stays in the disk of radius μ times the patch's normal impulse, the twist below what
+// the points' friction can resist about the centre.
+fn sweep_friction(share: Share, sweep: u32) {
+    for (var turn = 0u; turn < share.turns.x; turn++) {
+        for (var p = share.lane; p < share.patches; p += share.lanes) {
+            if (!is_due(share, p, turn, false)) {
+                continue;
+            }
+            let bodies = share.moving + bodies_of(patches[share.slots + p]);
+            if (!is_restless(bodies, sweep)) {
+                continue;
+            }
+            let friction = frictions[share.rows + p];
+            var pair = pair_of(bodies);
+            let old = friction.impulse;
+            let spinning = dot(friction.twist_b, pair.spin_b) - dot(friction.twist_a, pair.spin_a);
+            let most = friction.twist_limit;
+            let twist = clamp(old.z - friction.mass_twist * spinning, -most, most);
+            twist_by(&pair, friction, twist - old.z);
+            let u = Row(friction.u, friction.u_a, friction.u_b);
+            let v = Row(friction.v, friction.v_a, friction.v_b);
+            let wanted = old.xy - vec2(friction.mass * relative(&pair, u), friction.mass * relative(&pair, v));
+            let size = length(wanted);
+            let tangential = wanted * select(1.0, friction.limit / size, size > friction.limit);
+            push(&pair, u, tangential.x - old.x);
+            push(&pair, v, tangential.y - old.y);
+            frictions[share.rows + p].impulse = vec3(tangential, twist);
+            store(&pair);
+        }
+        pause();
+    }
+}
+
+// One sweep over all patches, one way or the other: with `soft` overlap is pushed out, without only approach is stopped.
+// True if the relative speed of a contact changed.
+fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool {
+    var changed = false;
+    let turns = select(share.turns.x, share.turns.y, backwards);
+    for (var turn = 0u; turn < turns; turn++) {
+        for (var i = share.lane; i < share.patches; i += share.lanes) {
+            let p = in_order(i, share.patches, backwards);
+            if (!is_due(share, p, turn, backwards)) {
+                continue;
+            }
+            let at = patches[share.slots + p];
+            let bodies = share.moving + bodies_of(at);
+            if (!is_restless(bodies, sweep)) {
+                continue;
+            }
+            var disturbed = false;
+            var limit = 0.0;
+            var twist_limit = 0.0;
+            var pair = pair_of(bodies);
+            let first = share.slots + at.first;
+            // Fetched one ahead, because everything else waits for the point before.
+            var next = normals[first + select(0u, at.count - 1u, backwards)];
+            for (var k = 0u; k < at.count; k++) {
+                let j = first + select(k, at.count - 1u - k, backwards);
+                let n = next;
+                let following = min(k + 1u, at.count - 1u);
+                next = normals[first + select(following, at.count - 1u - following, backwards)];
+                let row = Row(n.axis, n.torque_a, n.torque_b);
+                let bias = select(n.rigid_bias, n.spring_bias, soft);
+                let correction = select(n.mass, n.spring_mass, soft) * (relative(&pair, row) + bias);
+                let leak = select(0.0, n.leak, soft);
+                let total = max(n.impulse - correction - leak * (n.impulse - n.load), 0.0);
+                let change = total - n.impulse;
+                push(&pair, row, change);
+                disturbed |= abs(change) > select(RELAXED_SPEED * n.mass, n.tolerance, soft);
+                normals[j].impulse = total;
+                limit += total;
+                twist_limit += total * n.lever;
+            }
+            store(&pair);
+            if (!soft) {
+                frictions[share.rows + p].limit = limit * sim.friction;
+                frictions[share.rows + p].twist_limit = twist_limit * sim.friction;
+            }
+            if (disturbed) {
+                disturb(pair.a, sweep);
+                disturb(pair.b, sweep);
+                changed = true;
+            }
+        }
+        pause();
+    }
+    return any_lane(changed);
+}
+
+// Moves the bodies by their velocities. All of their contacts are solved in the sweep that follows.
+fn advance(share: Share, sweep: u32) {
+    for (var i = share.moving + share.lane; i < share.moving + batch.bodies; i += share.lanes) {
+        moving[i].shift += sim.small_step * moving[i].linear;
+        moving[i].turn += sim.small_step * moving[i].spin;
+        moving[i].restless = select(sweep, 0u, moving[i].inverse_mass == 0.0);
+    }
+}
+
+// Two free bodies that have moved past each other push at a common point again, half-way. On something fixed a contact's
+// points go with the body that moves.
+fn follow(share: Share, p: u32, at: Patch, a: Moving, b: Moving) {
+    let passed = b.shift - a.shift;
+    let further = passed - frictions[share.rows + p].passed;
+    let is_fixed = a.inverse_mass == 0.0 || b.inverse_mass == 0.0;
+    if (is_fixed || dot(further, further) < ARM_TOLERANCE * ARM_TOLERANCE) {
+        return;
+    }
+    let by = 0.5 * further;
+    let bodies = share.axes + bodies_of(at);
+    let frame_a = matrix_of(axes[bodies.x]);
+    let frame_b = matrix_of(axes[bodies.y]);
+    let inverse_mass = a.inverse_mass + b.inverse_mass;
+    var friction = frictions[share.rows + p];
+    friction.arm_a += by;
+    friction.arm_b -= by;
+    friction.passed = passed;
+    aim_friction(&friction, frame_a, frame_b, inverse_mass);
+    frictions[share.rows + p] = friction;
+    for (var j = share.slots + at.first; j < share.slots + at.first + at.count; j++) {
+        let torque = cross(by, normals[j].axis);
+        let torque_a = normals[j].torque_a + times(frame_a, torque);
+        let torque_b = normals[j].torque_b - times(frame_b, torque);
+        normals[j].torque_a = torque_a;
+        normals[j].torque_b = torque_b;
+        normals[j].mass = mass_of(Row(normals[j].axis, torque_a, torque_b), inverse_mass);
+    }
+}
+
+// Contacts where the bodies are now.
+fn locate(share: Share) {
+    for (var p = share.lane; p < share.patches; p += share.lanes) {
+        let at = patches[share.slots + p];
+        let bodies = share.moving + bodies_of(at);
+        let a = moving[bodies.x];
+        let b = moving[bodies.y];
+        follow(share, p, at, a, b);
+        let shift = b.shift - a.shift;
+        for (var j = share.slots + at.first; j < share.slots + at.first + at.count; j++) {
+            var n = normals[j];
+            aim(&n, n.start + (dot(n.axis, shift) + dot(n.torque_b, b.turn) - dot(n.torque_a, a.turn)));
+            normals[j] = n;
+        }
+    }
+}
+
+// True if the bodies have more kinetic energy than before the impulses of the small step.
+fn gains_energy(share: Share) -> bool {
+    var energy = 0.0;
+    var bound = 0.0;
+    for (var i = share.moving; i < share.moving + batch.bodies; i++) {
+        let body = moving[i];
+        if (body.inverse_mass == 0.0) {
+            continue;
+        }
+        energy += dot(body.linear, body.linear) / body.inverse_mass;
+        energy += dot(body.spin, body.spin);
+        bound += body.allowed;
+    }
+    return energy > bound;
+}
+
+// Takes the impulses of the small step back, and what they moved.
+fn start_cold(share: Share) {
+    for (var body = share.lane; body < batch.bodies; body += share.lanes) {
+        let i = share.moving + body;
+        if (moving[i].inverse_mass == 0.0) {
+            continue;
+        }
+        let before = free[share.axes + body];
+        moving[i].linear = before.linear;
+        moving[i].spin = before.spin;
+        moving[i].shift = before.shift;
+        moving[i].turn = before.turn;
+        moving[i].restless = ATTEMPT + MIN_PUSHING_SWEEPS - 1u;
+    }
+    for (var p = share.lane; p < share.patches; p += share.lanes) {
+        frictions[share.rows + p].impulse = vec3(0.0);
+        frictions[share.rows + p].limit = 0.0;
+        frictions[share.rows + p].twist_limit = 0.0;
+        let first = share.slots + patches[share.slots + p].first;
+        for (var j = first; j < first + patches[share.slots + p].count; j++) {
+            normals[j].impulse = 0.0;
+        }
+    }
+}
+
+// How many small steps, and how many sweeps of each, are within `Sim::loops`. As `gpu::solver::portion`.
+fn portion(patches: u32, longest: u32) -> vec2<u32> {
+    let points = 1u + MAX_MANIFOLD_POINTS;
+    let sweep = (1u + points) * patches + 3u;
+    let around = (2u + (2u + 8u * COUNTED_TOGETHER) * points) * patches + (2u + longest) * batch.bodies + 3u;
+    let left = sim.loops - min(sim.loops, around);
+    return vec2(max(sim.loops / (around + longest * sweep), 1u), clamp(left / sweep, 1u, longest));
+}
+
+// All small steps from `start` on, or as many as are within `Sim::loops`. `patches`: the most that invocations whose loops
+// go together have.
+fn small_steps(share: Share, start: Cursor, patches: u32) -> Cursor {
+    let extra = max(sim.velocity_iterations, 1u) - 1u;
+    let most = portion(patches, 2u * ATTEMPT + extra);
+    var at = start;
+    for (var turn = 0u; turn < most.x; turn++) {
+        if (at.step >= sim.small_steps) {
+            break;
+        }
+        let end = 2u * ATTEMPT + select(0u, extra, at.step + 1u == sim.small_steps);
+        if (at.sweep == 0u) {
+            accelerate(share);
+            pause();
+            warm_start(share);
+        }
+        for (var sweeps = 0u; sweeps < most.y; sweeps++) {
+            if (at.sweep >= end) {
+                break;
+            }
+            let is_extra = at.sweep >= 2u * ATTEMPT;
+            let number = at.sweep % ATTEMPT;
+            let soft = !is_extra && number < MAX_PUSHING_SWEEPS;
+            let advances = !is_extra && number == MAX_PUSHING_SWEEPS;
+            if (advances) {
+                advance(share, at.sweep);
+                pause();
+            }
+            if (advances || at.sweep == ATTEMPT) {
+                locate(share);
+                pause();
+            }
+            // Sweeps that are made in any case are made of all contacts.
+            let sweep = select(at.sweep, 0u, is_extra);
+            sweep_friction(share, sweep);
+            let changed = sweep_normals(share, sweep, soft, soft && number % 2u == 1u);
+            at.sweep++;
+            if (soft && !changed && number + 1u >= MIN_PUSHING_SWEEPS) {
+                at.sweep += MAX_PUSHING_SWEEPS - 1u - number;
+            }
+            if (is_extra || soft || (changed && number + 1u < ATTEMPT)) {
+                continue;
+            }
+            // Relaxed, or given up.
+            let again = at.sweep <= ATTEMPT && gains_energy(share);
+            pause();
+            if (again) {
+                start_cold(share);
+                pause();
+            }
+            at.sweep = select(2u * ATTEMPT, ATTEMPT, again);
+        }
+        if (at.sweep >= end) {
+            at.sweep = 0u;
+            at.step++;
+        }
+    }
+    return at;
+}
