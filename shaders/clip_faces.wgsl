@@ -29,45 +29,42 @@
 @group(0) @binding(11) var<storage, read_write> manifold_points: array<ManifoldPoint>;
 
 // Points found so far; w is the separation, m.
-var<private> points: array<vec4<f32>, MAX_COLLECTED>;
+alias Points = array<vec4<f32>, MAX_COLLECTED>;
 
 // The polygon that is being cut, and a place for what is written and not kept.
-var<private> corners: array<vec3<f32>, MAX_CLIPPED + 1u>;
+alias Corners = array<vec3<f32>, MAX_CLIPPED + 1u>;
 
-// The least separation of them, m.
-var<private> deepest: f32 = -LOWEST;
-
-// Keeps `MAX_MANIFOLD_POINTS` of the points.
-fn thin(count: u32, normal: vec3<f32>) -> u32 {
+// Keeps `MAX_MANIFOLD_POINTS` of the points. `deepest`: their least separation, m.
+fn thin(points: ptr<function, Points>, count: u32, normal: vec3<f32>, deepest: ptr<function, f32>) -> u32 {
     let u = tangent(normal);
     let v = cross(normal, u);
     var extremes = no_extremes();
     for (var i = 0u; i < count; i++) {
-        let p = points[i];
-        offer(&extremes, vec2(dot(u, p.xyz), dot(v, p.xyz)), p.w - deepest, i);
+        let p = (*points)[i];
+        offer(&extremes, vec2(dot(u, p.xyz), dot(v, p.xyz)), p.w - *deepest, i);
     }
     var kept: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
     var taken = 0u;
     for (var k = 0u; k < EXTREMES + count; k++) {
-        let p = points[offered_in(extremes, k)];
-        let fresh = (k < EXTREMES || bears(p.w - deepest)) && is_new(&kept, taken, p.xyz);
+        let p = (*points)[offered_in(extremes, k)];
+        let fresh = (k < EXTREMES || bears(p.w - *deepest)) && is_new(&kept, taken, p.xyz);
         let to = min(taken, MAX_MANIFOLD_POINTS - 1u);
         kept[to] = select(kept[to], p, fresh);
         taken += select(0u, 1u, fresh);
     }
-    deepest = -LOWEST;
+    *deepest = -LOWEST;
     for (var k = 0u; k < taken; k++) {
-        points[k] = kept[k];
-        deepest = min(deepest, kept[k].w);
+        (*points)[k] = kept[k];
+        *deepest = min(*deepest, kept[k].w);
     }
     return taken;
 }
 
 // How far the polygon of `count` corners reaches beyond a line, m.
-fn reach(count: u32, line: vec4<f32>) -> f32 {
+fn reach(corners: ptr<function, Corners>, count: u32, line: vec4<f32>) -> f32 {
     var farthest = LOWEST;
     for (var i = 0u; i < count; i++) {
-        farthest = max(farthest, dot(line.xyz, corners[i]) - line.w);
+        farthest = max(farthest, dot(line.xyz, (*corners)[i]) - line.w);
     }
     return farthest;
 }
@@ -75,20 +72,20 @@ fn reach(count: u32, line: vec4<f32>) -> f32 {
 // Cuts the polygon of `count` ≥ 1 corners by a line (Sutherland–Hodgman), in place: a convex polygon gains one corner at
 // most, so writing is never more than one ahead, and the next corner is read before. Every corner is written and then
 // counted or not: branches, `&&` and `||` too, are what compiles slowly.
-fn cut(count: u32, line: vec4<f32>) -> u32 {
+fn cut(corners: ptr<function, Corners>, count: u32, line: vec4<f32>) -> u32 {
     var kept = 0u;
-    var last = corners[count - 1u];
+    var last = (*corners)[count - 1u];
     var last_beyond = dot(line.xyz, last) - line.w;
-    var next = corners[0];
+    var next = (*corners)[0];
     for (var i = 0u; i < count; i++) {
-        let following = corners[i + 1u];
+        let following = (*corners)[i + 1u];
         let beyond = dot(line.xyz, next) - line.w;
         let inside = beyond <= CLIP_TOLERANCE;
         let crosses = inside != (last_beyond <= CLIP_TOLERANCE);
         let share = clamp(last_beyond / select(1.0, last_beyond - beyond, crosses), 0.0, 1.0);
-        corners[select(MAX_CLIPPED, kept, crosses)] = last + share * (next - last);
+        (*corners)[select(MAX_CLIPPED, kept, crosses)] = last + share * (next - last);
         kept = min(kept + select(0u, 1u, crosses), MAX_CLIPPED);
-        corners[select(MAX_CLIPPED, kept, inside)] = next;
+        (*corners)[select(MAX_CLIPPED, kept, inside)] = next;
         kept = min(kept + select(0u, 1u, inside), MAX_CLIPPED);
         last = next;
         last_beyond = beyond;
@@ -97,19 +94,12 @@ fn cut(count: u32, line: vec4<f32>) -> u32 {
     return kept;
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
-    let index = invocation(id, workgroups);
-    if (index >= batch.candidates * sim.hull_pairs) {
-        return;
-    }
-    let candidate = index / sim.hull_pairs;
-    let slot = candidate * (arrayLength(&manifolds) / batch.candidates) + index % sim.hull_pairs;
-    let facing = facings[index];
-    if (facing.side >= NO_FACE) {
-        manifolds[slot].count = 0u;
-        return;
-    }
+// In a function of its own, because its arrays are set to zero first: for most slots there is nothing to clip, and that
+// would be all the work.
+fn clip(candidate: u32, slot: u32, facing: Facing) {
+    var points: Points;
+    var corners: Corners;
+    var deepest = -LOWEST;
     let is_a = facing.side == 0u;
     let other = hulls[facing.hulls[1u - facing.side]];
     let row = candidate * batch.bodies;
@@ -133,7 +123,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             i = k + 1u;
         }
         if (count > MAX_MANIFOLD_POINTS) {
-            count = thin(count, plane.xyz);
+            count = thin(&points, count, plane.xyz, &deepest);
         }
         if (i >= other.face_count) {
             break;
@@ -149,8 +139,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         var kept = select(0u, face.corner_count, lowest <= facing.margin);
         for (var l = 0u; l < outline.lines; l++) {
             let line = lines[outline.first + l];
-            if (reach(kept, line) > CLIP_TOLERANCE) {
-                kept = cut(kept, line);
+            if (reach(&corners, kept, line) > CLIP_TOLERANCE) {
+                kept = cut(&corners, kept, line);
             }
         }
         let earlier = count;
@@ -184,4 +174,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let on_b = select(foot, on_other, is_a);
         manifold_points[slot * MAX_MANIFOLD_POINTS + k] = ManifoldPoint(on_a, points[k].w, on_b);
     }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
+    let index = invocation(id, workgroups);
+    if (index >= batch.candidates * sim.hull_pairs) {
+        return;
+    }
+    let candidate = index / sim.hull_pairs;
+    let slot = candidate * (arrayLength(&manifolds) / batch.candidates) + index % sim.hull_pairs;
+    let facing = facings[index];
+    if (facing.side >= NO_FACE) {
+        manifolds[slot].count = 0u;
+        return;
+    }
+    clip(candidate, slot, facing);
 }

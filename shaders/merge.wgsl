@@ -25,13 +25,11 @@
 
 const NONE: u32 = 0xffffffffu;
 
-var<private> gathered: array<u32, MAX_GATHERED_POINTS>;
-
-// The patch that each of them is part of.
-var<private> owners: array<u32, MAX_GATHERED_POINTS>;
+// Points, or the patch that each of them is part of.
+alias Numbers = array<u32, MAX_GATHERED_POINTS>;
 
 // Normal and separation of each patch's deepest point.
-var<private> seeds: array<vec4<f32>, MAX_PATCHES>;
+alias Seeds = array<vec4<f32>, MAX_PATCHES>;
 
 fn normal_of(number: u32) -> vec3<f32> {
     return manifolds[number / MAX_MANIFOLD_POINTS].normal;
@@ -39,17 +37,22 @@ fn normal_of(number: u32) -> vec3<f32> {
 
 // Finds the patches of the first `count` points, the deepest first, and shares the points out: to the first patch that
 // looks about their way, or when there can be no more patches, to the one that looks most their way.
-fn find_seeds(count: u32) -> u32 {
+fn find_seeds(
+    gathered: ptr<function, Numbers>,
+    count: u32,
+    owners: ptr<function, Numbers>,
+    seeds: ptr<function, Seeds>,
+) -> u32 {
     for (var i = 0u; i < count; i++) {
-        owners[i] = NONE;
+        (*owners)[i] = NONE;
     }
     var patches = 0u;
     for (var k = 0u; k < MAX_PATCHES; k++) {
         var deepest = NONE;
         var depth = -LOWEST;
         for (var i = 0u; i < count; i++) {
-            if (owners[i] == NONE && manifold_points[gathered[i]].separation < depth) {
-                deepest = gathered[i];
+            if ((*owners)[i] == NONE && manifold_points[(*gathered)[i]].separation < depth) {
+                deepest = (*gathered)[i];
                 depth = manifold_points[deepest].separation;
             }
         }
@@ -57,57 +60,35 @@ fn find_seeds(count: u32) -> u32 {
             break;
         }
         let normal = normal_of(deepest);
-        seeds[k] = vec4(normal, depth);
+        (*seeds)[k] = vec4(normal, depth);
         patches = k + 1u;
         for (var i = 0u; i < count; i++) {
-            let joins = owners[i] == NONE && dot(normal_of(gathered[i]), normal) >= PATCH_COSINE;
-            owners[i] = select(owners[i], k, joins);
+            let joins = (*owners)[i] == NONE && dot(normal_of((*gathered)[i]), normal) >= PATCH_COSINE;
+            (*owners)[i] = select((*owners)[i], k, joins);
         }
     }
     for (var i = 0u; i < count; i++) {
-        if (owners[i] != NONE) {
+        if ((*owners)[i] != NONE) {
             continue;
         }
-        let normal = normal_of(gathered[i]);
+        let normal = normal_of((*gathered)[i]);
         var most = JOINING_COSINE;
         for (var k = 0u; k < patches; k++) {
-            let aligned = dot(normal, seeds[k].xyz);
-            let nearer = aligned > most || (aligned == most && owners[i] == NONE);
-            owners[i] = select(owners[i], k, nearer);
+            let aligned = dot(normal, (*seeds)[k].xyz);
+            let nearer = aligned > most || (aligned == most && (*owners)[i] == NONE);
+            (*owners)[i] = select((*owners)[i], k, nearer);
             most = select(most, aligned, nearer);
         }
     }
     return patches;
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
-    let index = invocation(id, workgroups);
-    let entries = batch.pairs + batch.bodies;
-    if (index >= batch.candidates * entries) {
-        return;
-    }
-    let candidate = index / entries;
-    let entry = index % entries;
-    let is_ground = entry >= batch.pairs;
-    let pair = select(pairs[min(entry, batch.pairs - 1u)], vec2(entry - batch.pairs), is_ground);
-    let boxes = candidate * batch.bodies;
-    if (keep(body_boxes[boxes + pair.x], body_boxes[boxes + pair.y])) {
-        merged[index].first = KEPT;
-        return;
-    }
-    let row = candidate * (arrayLength(&manifolds) / batch.candidates);
-    var first = 0u;
-    var end = 0u;
-    if (!is_ground) {
-        let at = candidate * (batch.pairs + 1u) + entry;
-        first = row + min(pair_starts[at], sim.hull_pairs);
-        end = row + min(pair_starts[at + 1u], sim.hull_pairs);
-    } else {
-        let body = bodies[entry - batch.pairs];
-        first = row + sim.hull_pairs + body.first_hull;
-        end = first + body.hull_count;
-    }
+// Gathers the points of these manifolds. In a function of its own, because its arrays are set to zero first: most entries have
+// no points, and that would be all the work.
+fn gather(index: u32, first: u32, end: u32) {
+    var gathered: Numbers;
+    var owners: Numbers;
+    var seeds: Seeds;
     var sizes = 0u;
     var count = 0u;
     for (var slot = first; slot <= end; slot++) {
@@ -119,7 +100,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             var kept: array<u32, MAX_PATCHES * MAX_MANIFOLD_POINTS>;
             var kept_count = 0u;
             sizes = 0u;
-            let patches = find_seeds(count);
+            let patches = find_seeds(&gathered, count, &owners, &seeds);
             for (var k = 0u; k < patches; k++) {
                 let normal = seeds[k].xyz;
                 let u = tangent(normal);
@@ -162,4 +143,43 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     for (var i = 0u; i < count; i++) {
         merged_points[first * MAX_MANIFOLD_POINTS + i] = gathered[i];
     }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
+    let index = invocation(id, workgroups);
+    let entries = batch.pairs + batch.bodies;
+    if (index >= batch.candidates * entries) {
+        return;
+    }
+    let candidate = index / entries;
+    let entry = index % entries;
+    let is_ground = entry >= batch.pairs;
+    let pair = select(pairs[min(entry, batch.pairs - 1u)], vec2(entry - batch.pairs), is_ground);
+    let boxes = candidate * batch.bodies;
+    if (keep(body_boxes[boxes + pair.x], body_boxes[boxes + pair.y])) {
+        merged[index].first = KEPT;
+        return;
+    }
+    let row = candidate * (arrayLength(&manifolds) / batch.candidates);
+    var first = 0u;
+    var end = 0u;
+    if (!is_ground) {
+        let at = candidate * (batch.pairs + 1u) + entry;
+        first = row + min(pair_starts[at], sim.hull_pairs);
+        end = row + min(pair_starts[at + 1u], sim.hull_pairs);
+    } else {
+        let body = bodies[entry - batch.pairs];
+        first = row + sim.hull_pairs + body.first_hull;
+        end = first + body.hull_count;
+    }
+    var found = 0u;
+    for (var slot = first; slot < end; slot++) {
+        found += manifolds[slot].count;
+    }
+    if (found == 0u) {
+        merged[index] = Merged(0u, first * MAX_MANIFOLD_POINTS);
+        return;
+    }
+    gather(index, first, end);
 }

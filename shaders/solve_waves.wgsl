@@ -12,8 +12,11 @@ const WAVE_LANES: u32 = 32u;
 // More bodies of a candidate, the ground among them, are for `solve`.
 const MOST_BODIES: u32 = 48u;
 
-// With more patches than these all take their turns one by one.
-const MOST_PATCHES: u32 = 128u;
+// So many patches are near at hand. With more all take their turns one by one.
+const NEAR_PATCHES: u32 = 48u;
+
+// So many contact points are.
+const NEAR_POINTS: u32 = 160u;
 
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<uniform> sim: Sim;
@@ -28,15 +31,10 @@ const MOST_PATCHES: u32 = 128u;
 
 var<workgroup> moving: array<Moving, MOST_BODIES>;
 
-// What a patch waits for: others of its bodies.
-struct Link {
-    bodies: vec2<u32>,
-    // Its turn in a sweep there, and in one back.
-    there: u32,
-    back: u32,
-}
-
-var<workgroup> links: array<Link, MOST_PATCHES>;
+// The first patches and points: card memory is ten times as far away, and every point waits for the one before.
+var<workgroup> links: array<Link, NEAR_PATCHES>;
+var<workgroup> near_frictions: array<Friction, NEAR_PATCHES>;
+var<workgroup> near_normals: array<Normal, NEAR_POINTS>;
 
 // The turns that a body's patches take up to now.
 var<workgroup> taken: array<u32, MOST_BODIES>;
@@ -48,13 +46,76 @@ var<workgroup> answer: atomic<u32>;
 
 #import small_steps
 
-fn is_due(share: Share, p: u32, turn: u32, backwards: bool) -> bool {
-    let link = links[min(p, MOST_PATCHES - 1u)];
-    let wave = select(vec2(link.there, link.back), vec2(p, share.patches - 1u - p), share.patches > MOST_PATCHES);
-    return turn == select(wave.x, wave.y, backwards);
+fn link_at(share: Share, p: u32) -> Link {
+    if (p < NEAR_PATCHES) {
+        return links[p];
+    }
+    return link_of(patches[share.slots + p]);
 }
 
-fn in_order(i: u32, count: u32, backwards: bool) -> u32 {
+fn friction_at(share: Share, p: u32) -> Friction {
+    if (p < NEAR_PATCHES) {
+        return near_frictions[p];
+    }
+    return frictions[share.rows + p];
+}
+
+fn set_friction(share: Share, p: u32, friction: Friction) {
+    if (p < NEAR_PATCHES) {
+        near_frictions[p] = friction;
+    } else {
+        frictions[share.rows + p] = friction;
+    }
+}
+
+fn set_friction_impulse(share: Share, p: u32, impulse: vec3<f32>) {
+    if (p < NEAR_PATCHES) {
+        near_frictions[p].impulse = impulse;
+    } else {
+        frictions[share.rows + p].impulse = impulse;
+    }
+}
+
+fn set_limits(share: Share, p: u32, limits: vec2<f32>) {
+    if (p < NEAR_PATCHES) {
+        near_frictions[p].limit = limits.x;
+        near_frictions[p].twist_limit = limits.y;
+    } else {
+        frictions[share.rows + p].limit = limits.x;
+        frictions[share.rows + p].twist_limit = limits.y;
+    }
+}
+
+fn normal_at(share: Share, j: u32) -> Normal {
+    if (j < NEAR_POINTS) {
+        return near_normals[j];
+    }
+    return normals[share.slots + j];
+}
+
+fn set_normal(share: Share, j: u32, normal: Normal) {
+    if (j < NEAR_POINTS) {
+        near_normals[j] = normal;
+    } else {
+        normals[share.slots + j] = normal;
+    }
+}
+
+fn set_impulse(share: Share, j: u32, impulse: f32) {
+    if (j < NEAR_POINTS) {
+        near_normals[j].impulse = impulse;
+    } else {
+        normals[share.slots + j].impulse = impulse;
+    }
+}
+
+fn is_due(share: Share, p: u32, turn: u32, backwards: bool) -> bool {
+    let link = links[min(p, NEAR_PATCHES - 1u)];
+    let turns = select(link.turns, vec2(p, share.patches - 1u - p), share.patches > NEAR_PATCHES);
+    return turn == select(turns.x, turns.y, backwards);
+}
+
+fn patch_in_order(share: Share, i: u32, backwards: bool) -> u32 {
     return i;
 }
 
@@ -84,32 +145,25 @@ fn take_turn(bodies: vec2<u32>) -> u32 {
     return turn;
 }
 
-// Gives all patches their turns.
-fn arrange(lane: u32, slots: u32, count: u32) {
-    for (var p = lane; p < count; p += WAVE_LANES) {
-        links[p].bodies = bodies_of(patches[slots + p]);
+// Gives all patches their turns, if they are near; there and back there are as many as this says.
+fn arrange(count: u32) -> vec2<u32> {
+    if (count > NEAR_PATCHES) {
+        return vec2(count);
     }
-    for (var body = lane; body <= batch.bodies; body += WAVE_LANES) {
+    var most = vec2(0u);
+    for (var p = 0u; p < count; p++) {
+        links[p].turns.x = take_turn(links[p].bodies);
+        most.x = max(most.x, links[p].turns.x + 1u);
+    }
+    for (var body = 0u; body <= batch.bodies; body++) {
         taken[body] = 0u;
     }
-    workgroupBarrier();
-    if (lane == 0u) {
-        var most = vec2(0u);
-        for (var p = 0u; p < count; p++) {
-            links[p].there = take_turn(links[p].bodies);
-            most.x = max(most.x, links[p].there + 1u);
-        }
-        for (var body = 0u; body <= batch.bodies; body++) {
-            taken[body] = 0u;
-        }
-        for (var i = 0u; i < count; i++) {
-            let p = count - 1u - i;
-            links[p].back = take_turn(links[p].bodies);
-            most.y = max(most.y, links[p].back + 1u);
-        }
-        turns = most;
+    for (var i = 0u; i < count; i++) {
+        let p = count - 1u - i;
+        links[p].turns.y = take_turn(links[p].bodies);
+        most.y = max(most.y, links[p].turns.y + 1u);
     }
-    workgroupBarrier();
+    return most;
 }
 
 @compute @workgroup_size(WAVE_LANES)
@@ -126,23 +180,38 @@ fn main(
     let slots = candidate * sim.contacts;
     let room = patch_rows(sim.contacts);
     let count = min(patch_counts[candidate], room);
+    let near = min(count, NEAR_PATCHES);
+    let last = patches[slots + max(count, 1u) - 1u];
+    let points = min(select(last.first + last.count, 0u, count == 0u), NEAR_POINTS);
     let start = cursors[candidate];
     for (var body = lane; body <= batch.bodies; body += WAVE_LANES) {
         moving[body] = bodies[row + body];
+        taken[body] = 0u;
     }
-    if (lane == 0u) {
-        atomicStore(&answer, 0u);
-        turns = vec2(count);
+    for (var p = lane; p < near; p += WAVE_LANES) {
+        links[p] = link_of(patches[slots + p]);
+        near_frictions[p] = frictions[candidate * room + p];
+    }
+    for (var j = lane; j < points; j += WAVE_LANES) {
+        near_normals[j] = normals[slots + j];
     }
     workgroupBarrier();
-    if (count <= MOST_PATCHES) {
-        arrange(lane, slots, count);
+    if (lane == 0u) {
+        atomicStore(&answer, 0u);
+        turns = arrange(count);
     }
+    workgroupBarrier();
     let share = Share(lane, WAVE_LANES, 0u, row, slots, candidate * room, count, turns);
     let end = small_steps(share, start, count);
     workgroupBarrier();
     for (var body = lane; body <= batch.bodies; body += WAVE_LANES) {
         bodies[row + body] = moving[body];
+    }
+    for (var p = lane; p < near; p += WAVE_LANES) {
+        frictions[candidate * room + p] = near_frictions[p];
+    }
+    for (var j = lane; j < points; j += WAVE_LANES) {
+        normals[slots + j] = near_normals[j];
     }
     if (lane == 0u) {
         cursors[candidate] = end;

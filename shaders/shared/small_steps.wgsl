@@ -2,9 +2,9 @@
 // advance, follow, then friction and rigid normals until nothing approaches any more; all but the warm start once more if
 // that gained energy. All sweeps are one loop, because software drivers compile code that occurs twice twice.
 //
-// Import it below the bindings. The kernel has the tables that are named here, and says how invocations share a candidate:
-// each has every so many of its bodies and patches, `is_due` tells whose turn it is in a sweep, and between turns they
-// `pause`.
+// Import it below the bindings. The kernel has the tables `moving`, `axes` and `free`, and gives and takes contacts. It says how
+// invocations share a candidate: each has every so many of its bodies and patches, `is_due` tells whose turn it is in a
+// sweep, and between turns they `pause`.
 
 #import aim
 #import constants
@@ -28,7 +28,7 @@ struct Share {
     // First row in `moving`, and in `axes` and `free`.
     moving: u32,
     axes: u32,
-    // First row in `patches` and `normals`, and in `frictions`.
+    // First slot of its contact points, and first row of its patches' friction.
     slots: u32,
     rows: u32,
     // How many patches, and how many turns a sweep there and back takes.
@@ -48,9 +48,18 @@ struct Pair {
     spin_b: vec3<f32>,
 }
 
-// A patch's bodies, from the candidate's first row on.
-fn bodies_of(at: Patch) -> vec2<u32> {
-    return vec2(select(at.a, batch.bodies, at.a == GROUND), at.b);
+// What sweeps need to know of a patch.
+struct Link {
+    // Its bodies, and its points, from the candidate's first on.
+    bodies: vec2<u32>,
+    first: u32,
+    count: u32,
+    // Its turn in a sweep there, and in one back.
+    turns: vec2<u32>,
+}
+
+fn link_of(at: Patch) -> Link {
+    return Link(vec2(select(at.a, batch.bodies, at.a == GROUND), at.b), at.first, at.count, vec2(0u));
 }
 
 fn pair_of(bodies: vec2<u32>) -> Pair {
@@ -115,8 +124,8 @@ fn warm_start(share: Share) {
             if (!is_due(share, p, turn, false)) {
                 continue;
             }
-            let friction = frictions[share.rows + p];
-            var pair = pair_of(share.moving + bodies_of(patches[share.slots + p]));
+            let friction = friction_at(share, p);
+            var pair = pair_of(share.moving + link_at(share, p).bodies);
             push(&pair, Row(friction.u, friction.u_a, friction.u_b), friction.impulse.x);
             push(&pair, Row(friction.v, friction.v_a, friction.v_b), friction.impulse.y);
             twist_by(&pair, friction, friction.impulse.z);
@@ -135,10 +144,11 @@ fn warm_start(share: Share) {
             if (!is_due(share, p, turn, false)) {
                 continue;
             }
-            let at = patches[share.slots + p];
-            var pair = pair_of(share.moving + bodies_of(at));
-            for (var j = share.slots + at.first; j < share.slots + at.first + at.count; j++) {
-                push(&pair, Row(normals[j].axis, normals[j].torque_a, normals[j].torque_b), normals[j].impulse);
+            let link = link_at(share, p);
+            var pair = pair_of(share.moving + link.bodies);
+            for (var j = link.first; j < link.first + link.count; j++) {
+                let n = normal_at(share, j);
+                push(&pair, Row(n.axis, n.torque_a, n.torque_b), n.impulse);
             }
             store(&pair);
         }
@@ -167,11 +177,11 @@ fn sweep_friction(share: Share, sweep: u32) {
             if (!is_due(share, p, turn, false)) {
                 continue;
             }
-            let bodies = share.moving + bodies_of(patches[share.slots + p]);
+            let bodies = share.moving + link_at(share, p).bodies;
             if (!is_restless(bodies, sweep)) {
                 continue;
             }
-            let friction = frictions[share.rows + p];
+            let friction = friction_at(share, p);
             var pair = pair_of(bodies);
             let old = friction.impulse;
             let spinning = dot(friction.twist_b, pair.spin_b) - dot(friction.twist_a, pair.spin_a);
@@ -185,7 +195,7 @@ fn sweep_friction(share: Share, sweep: u32) {
             let tangential = wanted * select(1.0, friction.limit / size, size > friction.limit);
             push(&pair, u, tangential.x - old.x);
             push(&pair, v, tangential.y - old.y);
-            frictions[share.rows + p].impulse = vec3(tangential, twist);
+            set_friction_impulse(share, p, vec3(tangential, twist));
             store(&pair);
         }
         pause();
@@ -199,12 +209,12 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool 
     let turns = select(share.turns.x, share.turns.y, backwards);
     for (var turn = 0u; turn < turns; turn++) {
         for (var i = share.lane; i < share.patches; i += share.lanes) {
-            let p = in_order(i, share.patches, backwards);
+            let p = patch_in_order(share, i, backwards);
             if (!is_due(share, p, turn, backwards)) {
                 continue;
             }
-            let at = patches[share.slots + p];
-            let bodies = share.moving + bodies_of(at);
+            let link = link_at(share, p);
+            let bodies = share.moving + link.bodies;
             if (!is_restless(bodies, sweep)) {
                 continue;
             }
@@ -212,14 +222,11 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool 
             var limit = 0.0;
             var twist_limit = 0.0;
             var pair = pair_of(bodies);
-            let first = share.slots + at.first;
             // Fetched one ahead, because everything else waits for the point before.
-            var next = normals[first + select(0u, at.count - 1u, backwards)];
-            for (var k = 0u; k < at.count; k++) {
-                let j = first + select(k, at.count - 1u - k, backwards);
+            var next = normal_at(share, link.first + in_order(0u, link.count, backwards));
+            for (var k = 0u; k < link.count; k++) {
                 let n = next;
-                let following = min(k + 1u, at.count - 1u);
-                next = normals[first + select(following, at.count - 1u - following, backwards)];
+                next = normal_at(share, link.first + in_order(min(k + 1u, link.count - 1u), link.count, backwards));
                 let row = Row(n.axis, n.torque_a, n.torque_b);
                 let bias = select(n.rigid_bias, n.spring_bias, soft);
                 let correction = select(n.mass, n.spring_mass, soft) * (relative(&pair, row) + bias);
@@ -228,14 +235,13 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool 
                 let change = total - n.impulse;
                 push(&pair, row, change);
                 disturbed |= abs(change) > select(RELAXED_SPEED * n.mass, n.tolerance, soft);
-                normals[j].impulse = total;
+                set_impulse(share, link.first + in_order(k, link.count, backwards), total);
                 limit += total;
                 twist_limit += total * n.lever;
             }
             store(&pair);
             if (!soft) {
-                frictions[share.rows + p].limit = limit * sim.friction;
-                frictions[share.rows + p].twist_limit = twist_limit * sim.friction;
+                set_limits(share, p, vec2(limit, twist_limit) * sim.friction);
             }
             if (disturbed) {
                 disturb(pair.a, sweep);
@@ -248,6 +254,10 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool 
     return any_lane(changed);
 }
 
+fn in_order(k: u32, count: u32, backwards: bool) -> u32 {
+    return select(k, count - 1u - k, backwards);
+}
+
 // Moves the bodies by their velocities. All of their contacts are solved in the sweep that follows.
 fn advance(share: Share, sweep: u32) {
     for (var i = share.moving + share.lane; i < share.moving + batch.bodies; i += share.lanes) {
@@ -257,49 +267,39 @@ fn advance(share: Share, sweep: u32) {
     }
 }
 
-// Two free bodies that have moved past each other push at a common point again, half-way. On something fixed a contact's
-// points go with the body that moves.
-fn follow(share: Share, p: u32, at: Patch, a: Moving, b: Moving) {
-    let passed = b.shift - a.shift;
-    let further = passed - frictions[share.rows + p].passed;
-    let is_fixed = a.inverse_mass == 0.0 || b.inverse_mass == 0.0;
-    if (is_fixed || dot(further, further) < ARM_TOLERANCE * ARM_TOLERANCE) {
-        return;
-    }
-    let by = 0.5 * further;
-    let bodies = share.axes + bodies_of(at);
-    let frame_a = matrix_of(axes[bodies.x]);
-    let frame_b = matrix_of(axes[bodies.y]);
-    let inverse_mass = a.inverse_mass + b.inverse_mass;
-    var friction = frictions[share.rows + p];
-    friction.arm_a += by;
-    friction.arm_b -= by;
-    friction.passed = passed;
-    aim_friction(&friction, frame_a, frame_b, inverse_mass);
-    frictions[share.rows + p] = friction;
-    for (var j = share.slots + at.first; j < share.slots + at.first + at.count; j++) {
-        let torque = cross(by, normals[j].axis);
-        let torque_a = normals[j].torque_a + times(frame_a, torque);
-        let torque_b = normals[j].torque_b - times(frame_b, torque);
-        normals[j].torque_a = torque_a;
-        normals[j].torque_b = torque_b;
-        normals[j].mass = mass_of(Row(normals[j].axis, torque_a, torque_b), inverse_mass);
-    }
-}
-
-// Contacts where the bodies are now.
+// Contacts where the bodies are now. Two free bodies that have moved past each other push at a common point again, half-way.
+// On something fixed a contact's points go with the body that moves.
 fn locate(share: Share) {
     for (var p = share.lane; p < share.patches; p += share.lanes) {
-        let at = patches[share.slots + p];
-        let bodies = share.moving + bodies_of(at);
-        let a = moving[bodies.x];
-        let b = moving[bodies.y];
-        follow(share, p, at, a, b);
-        let shift = b.shift - a.shift;
-        for (var j = share.slots + at.first; j < share.slots + at.first + at.count; j++) {
-            var n = normals[j];
-            aim(&n, n.start + (dot(n.axis, shift) + dot(n.torque_b, b.turn) - dot(n.torque_a, a.turn)));
-            normals[j] = n;
+        let link = link_at(share, p);
+        let a = moving[share.moving + link.bodies.x];
+        let b = moving[share.moving + link.bodies.y];
+        let axes_a = matrix_of(axes[share.axes + link.bodies.x]);
+        let axes_b = matrix_of(axes[share.axes + link.bodies.y]);
+        let inverse_mass = a.inverse_mass + b.inverse_mass;
+        let passed = b.shift - a.shift;
+        var friction = friction_at(share, p);
+        let further = passed - friction.passed;
+        let is_free = a.inverse_mass > 0.0 && b.inverse_mass > 0.0;
+        let follows = is_free && dot(further, further) >= ARM_TOLERANCE * ARM_TOLERANCE;
+        let by = 0.5 * further;
+        if (follows) {
+            friction.arm_a += by;
+            friction.arm_b -= by;
+            friction.passed = passed;
+            aim_friction(&friction, axes_a, axes_b, inverse_mass);
+            set_friction(share, p, friction);
+        }
+        for (var j = link.first; j < link.first + link.count; j++) {
+            var n = normal_at(share, j);
+            if (follows) {
+                let torque = cross(by, n.axis);
+                n.torque_a += times(axes_a, torque);
+                n.torque_b -= times(axes_b, torque);
+                n.mass = mass_of(Row(n.axis, n.torque_a, n.torque_b), inverse_mass);
+            }
+            aim(&n, n.start + (dot(n.axis, passed) + dot(n.torque_b, b.turn) - dot(n.torque_a, a.turn)));
+            set_normal(share, j, n);
         }
     }
 }
@@ -335,12 +335,11 @@ fn start_cold(share: Share) {
         moving[i].restless = ATTEMPT + MIN_PUSHING_SWEEPS - 1u;
     }
     for (var p = share.lane; p < share.patches; p += share.lanes) {
-        frictions[share.rows + p].impulse = vec3(0.0);
-        frictions[share.rows + p].limit = 0.0;
-        frictions[share.rows + p].twist_limit = 0.0;
-        let first = share.slots + patches[share.slots + p].first;
-        for (var j = first; j < first + patches[share.slots + p].count; j++) {
-            normals[j].impulse = 0.0;
+        set_friction_impulse(share, p, vec3(0.0));
+        set_limits(share, p, vec2(0.0));
+        let link = link_at(share, p);
+        for (var j = link.first; j < link.first + link.count; j++) {
+            set_impulse(share, j, 0.0);
         }
     }
 }
