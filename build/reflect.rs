@@ -161,7 +161,7 @@ fn rust_type(module: &Module, handle: Handle<Type>) -> Option<String> {
     Some(match ty.inner {
         TypeInner::Struct { .. } => ty.name.clone()?,
         TypeInner::Scalar(Scalar::F32) => "f32".into(),
-        TypeInner::Scalar(U32) => "u32".into(),
+        TypeInner::Scalar(U32) | TypeInner::Atomic(U32) => "u32".into(),
         TypeInner::Vector { size: VectorSize::Bi, scalar: U32 } => "[u32; 2]".into(),
         TypeInner::Vector { size: VectorSize::Quad, scalar: U32 } => "[u32; 4]".into(),
         TypeInner::Vector { size: VectorSize::Quad, scalar: Scalar::F32 } => "glam::Vec4".into(),

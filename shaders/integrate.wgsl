@@ -1,5 +1,5 @@
-// Kernel `integrate`: writes a substep's motion into poses and velocities, and its impulses into the contacts, one
-// invocation a candidate.
+// Kernel `integrate`: writes a substep's motion into poses and velocities, and its impulses into the contacts; 32
+// invocations share a candidate's bodies and patches.
 // End of `cpu::solve::Solver::substep`; as `cpu::solve::integrate`.
 
 #import constants
@@ -26,7 +26,7 @@
 @group(0) @binding(10) var<storage, read_write> contacts: array<Contact>;
 @group(0) @binding(11) var<storage, read_write> poses: array<Pose>;
 @group(0) @binding(12) var<storage, read_write> velocities: array<Velocity>;
-@group(0) @binding(13) var<storage, read_write> statuses: array<u32>;
+@group(0) @binding(13) var<storage, read_write> statuses: array<atomic<u32>>;
 
 fn turned(rotation: vec4<f32>, turn: vec3<f32>) -> vec4<f32> {
     return unit_rotation(compose(from_scaled_axis(turn), rotation));
@@ -121,12 +121,14 @@ fn excess(contact: Contact) -> f32 {
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
-    let candidate = invocation(id, workgroups);
+    let index = invocation(id, workgroups);
+    let candidate = index / PATCH_LANES;
     if (candidate >= batch.candidates) {
         return;
     }
+    let lane = index % PATCH_LANES;
     var finite = true;
-    for (var body = 0u; body < batch.bodies; body++) {
+    for (var body = lane; body < batch.bodies; body += PATCH_LANES) {
         if (bodies[body].unit == STATIC) {
             continue;
         }
@@ -155,11 +157,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     // More patches than the solver has room for, or was run for.
     let room = patch_rows(sim.contacts);
     let is_solved = cursors[candidate].step == sim.small_steps && patch_counts[candidate] <= room;
-    statuses[candidate] |= select(STATUS_NOT_FINITE, 0u, finite) | select(STATUS_CONTACTS, 0u, is_solved);
+    let faults = select(STATUS_NOT_FINITE, 0u, finite) | select(STATUS_CONTACTS, 0u, is_solved);
+    if (faults != 0u) {
+        atomicOr(&statuses[candidate], faults);
+    }
     let slots = candidate * sim.contacts;
     let patch_share = min(PATCH_LOAD_RATE * sim.substep, 1.0);
     let point_share = min(POINT_LOAD_RATE * sim.substep, 1.0);
-    for (var p = 0u; p < min(patch_counts[candidate], room); p++) {
+    for (var p = lane; p < min(patch_counts[candidate], room); p += PATCH_LANES) {
         let i = slots + p;
         let friction = frictions[candidate * room + p];
         let impulse = friction.impulse;

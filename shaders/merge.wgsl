@@ -50,11 +50,12 @@ fn find_seeds(
     for (var k = 0u; k < MAX_PATCHES; k++) {
         var deepest = NONE;
         var depth = -LOWEST;
+        // Without branches, so that several loads are under way at a time.
         for (var i = 0u; i < count; i++) {
-            if ((*owners)[i] == NONE && manifold_points[(*gathered)[i]].separation < depth) {
-                deepest = (*gathered)[i];
-                depth = manifold_points[deepest].separation;
-            }
+            let separation = manifold_points[(*gathered)[i]].separation;
+            let deeper = ((*owners)[i] == NONE) & (separation < depth);
+            deepest = select(deepest, (*gathered)[i], deeper);
+            depth = select(depth, separation, deeper);
         }
         if (deepest == NONE) {
             break;
@@ -63,7 +64,7 @@ fn find_seeds(
         (*seeds)[k] = vec4(normal, depth);
         patches = k + 1u;
         for (var i = 0u; i < count; i++) {
-            let joins = (*owners)[i] == NONE && dot(normal_of((*gathered)[i]), normal) >= PATCH_COSINE;
+            let joins = ((*owners)[i] == NONE) & (dot(normal_of((*gathered)[i]), normal) >= PATCH_COSINE);
             (*owners)[i] = select((*owners)[i], k, joins);
         }
     }

@@ -9,8 +9,6 @@
 #import sim
 #import solver
 
-const PATCH_LANES: u32 = 32u;
-
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<uniform> sim: Sim;
 @group(0) @binding(2) var<storage, read> poses: array<Pose>;

@@ -13,10 +13,10 @@ const WAVE_LANES: u32 = 32u;
 const MOST_BODIES: u32 = 48u;
 
 // So many patches are near at hand. With more all take their turns one by one.
-const NEAR_PATCHES: u32 = 48u;
+const NEAR_PATCHES: u32 = 32u;
 
 // So many contact points are.
-const NEAR_POINTS: u32 = 160u;
+const NEAR_POINTS: u32 = 96u;
 
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<uniform> sim: Sim;

@@ -126,11 +126,13 @@ fn compile_in_time(device: &Device) -> Result<(), Failed> {
         if seconds.is_empty() { return Err(format!("nothing ran: {output:?}").into()) } else { seconds.remove(0).1 };
     let slower = (readings / READINGS_SECONDS).max(1.0);
     let all: f64 = seconds.iter().map(|(_, time)| time).sum();
-    let missing: Vec<&str> = SHADERS
-        .iter()
-        .map(|shader| shader.name)
-        .filter(|name| seconds.iter().all(|(known, _)| known != name))
-        .collect();
+    // One of the two that solve, which suits the adapter.
+    let is_compiled = |name: &str| seconds.iter().any(|(known, _)| *known == name);
+    let mut missing: Vec<&str> =
+        SHADERS.iter().map(|shader| shader.name).filter(|name| !is_compiled(name)).collect();
+    if is_compiled("solve") != is_compiled("solve_waves") {
+        missing.retain(|name| !["solve", "solve_waves"].contains(name));
+    }
     seconds.sort_by(|a, b| b.1.total_cmp(&a.1));
     let slow: Vec<_> = seconds.iter().filter(|(_, time)| *time > KERNEL_SECONDS * slower).collect();
     eprintln!("ready after {all:.1} s; readings {readings} s; {:?}", &seconds[..seconds.len().min(6)]);
@@ -193,18 +195,21 @@ fn no_shorter(candidates: u32) -> SearchSettings {
 
 fn memory_is_as_planned(device: &Device) -> Result<(), Failed> {
     let world = boxes_world();
+    // Of its own, because other tests make buffers at the same time, and keep it so busy that a search would do less at once.
+    let gpu = Gpu::open_with(&Options { submission: Some(Duration::from_secs(3600)), ..options(device) })?;
+    let kernels = Kernels::compile(&gpu)?;
     for settings in
         [settings(1), settings(65), settings(1234), narrowing(65, 4), narrowing(1, 2), narrowing(7, 1), no_shorter(64)]
     {
         let candidates = settings.cem.candidates;
-        let before = device.gpu.made_bytes();
-        let mut search = GpuSearch::new(&device.gpu, device.kernels()?, &world, &settings, STREAM)?;
-        let (made, planned) = (device.gpu.made_bytes() - before, plan(&world, &settings, device.gpu.room()));
+        let before = gpu.made_bytes();
+        let mut search = GpuSearch::new(&gpu, &kernels, &world, &settings, STREAM)?;
+        let (made, planned) = (gpu.made_bytes() - before, plan(&world, &settings, gpu.room()));
         if made != planned.bytes {
             return Err(format!("{candidates} candidates: {made} bytes instead of {planned:?}").into());
         }
         search.iterate()?;
-        if device.gpu.made_bytes() != before + made {
+        if gpu.made_bytes() != before + made {
             return Err("an iteration makes buffers".into());
         }
     }

@@ -5,6 +5,7 @@ use super::fixture::{Device, boxes_world};
 use libtest_mimic::Failed;
 use rest3d_gpu::bench::starts;
 use rest3d_gpu::cpu::CpuBackend;
+use rest3d_gpu::gpu::Way;
 use rest3d_gpu::world::{Backend, CemSettings, Flow, SearchSettings, SimSettings, Status, Stream};
 use std::time::Instant;
 
@@ -14,7 +15,15 @@ pub const TESTS: &[Test] = &[
     ("times::a_search_tells_what_each_kernel_took", a_search),
 ];
 
-/// Kernels of a substep, in order.
+/// Kernels of a substep, in order; for the small steps the one that suits the adapter.
+fn substep(device: &Device) -> Vec<&'static str> {
+    let solve = match Way::best(&device.gpu, boxes_world().bodies.len() as u32) {
+        Way::Candidates => "solve",
+        Way::Waves => "solve_waves",
+    };
+    SUBSTEP.into_iter().map(|name| if name == "solve" { solve } else { name }).collect()
+}
+
 const SUBSTEP: [&str; 19] = [
     "boxes",
     "pair_counts",
@@ -62,7 +71,12 @@ fn rollouts(device: &Device) -> Result<(), Failed> {
     if backend.rollouts(&cramped, &settings, &starts)? == found { Ok(()) } else { Err("room changes results".into()) }
 }
 
+/// Other work may disturb a measurement, not three in a row.
 fn kernels_fill_the_run(device: &Device) -> Result<(), Failed> {
+    fill_the_run(device).or_else(|_| fill_the_run(device)).or_else(|_| fill_the_run(device))
+}
+
+fn fill_the_run(device: &Device) -> Result<(), Failed> {
     let world = boxes_world();
     let backend = device.backend()?;
     let settings = SimSettings::default();
@@ -79,7 +93,7 @@ fn kernels_fill_the_run(device: &Device) -> Result<(), Failed> {
     let sum: f64 = times.iter().map(|time| time.milliseconds).sum();
     eprintln!("kernels: {sum:.0} of {wall:.0} ms");
     // The clock is read while other work may run beside it: between half and twice the wall time.
-    if names != SUBSTEP || times.iter().any(|time| time.milliseconds <= 0.0) || !(0.5..2.0).contains(&(sum / wall)) {
+    if names != substep(device) || times.iter().any(|time| time.milliseconds <= 0.0) || !(0.5..2.0).contains(&(sum / wall)) {
         return Err(format!("{sum} of {wall} ms, {times:?}").into());
     }
     Ok(())
@@ -103,8 +117,8 @@ fn a_search(device: &Device) -> Result<(), Failed> {
         let times = search.kernel_times();
         let sum: f64 = times.iter().map(|time| time.milliseconds).sum();
         let mut known =
-            SUBSTEP.iter().chain(&["sample", "place", "depth", "flags", "energy", "elites", "best", "stats"]);
-        let named = known.all(|name| times.iter().any(|time| time.name == *name && time.milliseconds > 0.0));
+            substep(device).into_iter().chain(["sample", "place", "depth", "flags", "energy", "elites", "best", "stats"]);
+        let named = known.all(|name| times.iter().any(|time| time.name == name && time.milliseconds > 0.0));
         // So few candidates keep the device waiting, and the first iteration compiles the kernels.
         let share = (sum - last) / wall;
         if !named || !(0.05..2.0).contains(&share) || stats.flagged != [0; Status::NAMES.len()] {

@@ -97,6 +97,9 @@ struct Friction {
     impulse: vec3<f32>,
 }
 
+// Invocations that share a candidate's patches before and after the small steps.
+const PATCH_LANES: u32 = 32u;
+
 // A candidate has at most one patch for so many slots of contact points, or its slots are doubled as if there were too few.
 const SLOTS_PER_PATCH: u32 = 4u;
 

@@ -8,7 +8,7 @@ use super::kernels::{self, Kernels};
 use super::layout::{Contact, Cursor, Axes, Free, Friction, Moving, Normal, Patch, Sim};
 use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS};
 
-/// Invocations that share a candidate's patches, as in `solve_load`.
+/// Invocations that share a candidate's patches, as in `solve_load` and `integrate`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
 
 /// Invocations that share a candidate's patches, as in `solve_waves`.
@@ -171,7 +171,7 @@ impl Solver {
             };
             let mut steps = vec![start.step(gpu, kernels, rows), load.step(gpu, kernels, candidates * PATCH_LANES)];
             steps.extend((0..rounds(parameters, bodies)).map(|_| solve()));
-            steps.push(integrate.step(gpu, kernels, candidates));
+            steps.push(integrate.step(gpu, kernels, candidates * PATCH_LANES));
             steps
         });
         Ok(Self { moving, normals, frictions, steps })

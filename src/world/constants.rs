@@ -214,9 +214,13 @@ pub const MAX_CLIPPED: usize = MAX_FACE_VERTICES + MAX_LINES;
 /// Contact points of a hull pair collected before they are reduced.
 pub const MAX_COLLECTED: usize = MAX_CLIPPED + MAX_MANIFOLD_POINTS;
 
-/// How far a body of the self-test may end from where the processor has it, m + rad. Drivers round differently, and half a
-/// second of contacts makes that some micrometres; a wrong kernel makes centimetres.
+/// How far a body of the self-test may end from where the processor has it, m + rad, beside what a nudge of the start makes on
+/// the processor. Drivers round differently, and half a second of contacts makes that some micrometres, of what tumbles more;
+/// a wrong kernel makes centimetres.
 pub const SELF_TEST_DISTANCE: f32 = 1e-3;
+
+/// That nudge, m: some ten rounding errors of a position.
+pub const SELF_TEST_NUDGE: f32 = 1e-6;
 
 /// How far the energies of the self-test's search may be off, as a share.
 pub const SELF_TEST_ENERGY: f32 = 0.05;
