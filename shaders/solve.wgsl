@@ -27,35 +27,6 @@ fn link_at(share: Share, p: u32) -> Link {
     return link_of(patches[share.slots + p]);
 }
 
-fn friction_at(share: Share, p: u32) -> Friction {
-    return frictions[share.rows + p];
-}
-
-fn set_friction(share: Share, p: u32, friction: Friction) {
-    frictions[share.rows + p] = friction;
-}
-
-fn set_friction_impulse(share: Share, p: u32, impulse: vec3<f32>) {
-    frictions[share.rows + p].impulse = impulse;
-}
-
-fn set_limits(share: Share, p: u32, limits: vec2<f32>) {
-    frictions[share.rows + p].limit = limits.x;
-    frictions[share.rows + p].twist_limit = limits.y;
-}
-
-fn normal_at(share: Share, j: u32) -> Normal {
-    return normals[share.slots + j];
-}
-
-fn set_normal(share: Share, j: u32, normal: Normal) {
-    normals[share.slots + j] = normal;
-}
-
-fn set_impulse(share: Share, j: u32, impulse: f32) {
-    normals[share.slots + j].impulse = impulse;
-}
-
 fn is_due(share: Share, p: u32, turn: u32, backwards: bool) -> bool {
     return true;
 }

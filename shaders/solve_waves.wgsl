@@ -9,14 +9,10 @@
 
 const WAVE_LANES: u32 = 32u;
 
-// More bodies of a candidate, the ground among them, are for `solve`.
-const MOST_BODIES: u32 = 48u;
-
-// So many patches are near at hand. With more all take their turns one by one.
-const NEAR_PATCHES: u32 = 32u;
-
-// So many contact points are.
-const NEAR_POINTS: u32 = 96u;
+// What a candidate may have at most: bodies, the ground among them, patches and contact points. Others are left to `solve`.
+const NEAR_BODIES: u32 = 48u;
+const NEAR_PATCHES: u32 = 48u;
+const NEAR_POINTS: u32 = 160u;
 
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<uniform> sim: Sim;
@@ -24,20 +20,20 @@ const NEAR_POINTS: u32 = 96u;
 @group(0) @binding(3) var<storage, read> patches: array<Patch>;
 @group(0) @binding(4) var<storage, read> axes: array<Axes>;
 @group(0) @binding(5) var<storage, read_write> free: array<Free>;
-@group(0) @binding(6) var<storage, read_write> bodies: array<Moving>;
-@group(0) @binding(7) var<storage, read_write> frictions: array<Friction>;
-@group(0) @binding(8) var<storage, read_write> normals: array<Normal>;
+@group(0) @binding(6) var<storage, read_write> all_moving: array<Moving>;
+@group(0) @binding(7) var<storage, read_write> all_frictions: array<Friction>;
+@group(0) @binding(8) var<storage, read_write> all_normals: array<Normal>;
 @group(0) @binding(9) var<storage, read_write> cursors: array<Cursor>;
 
-var<workgroup> moving: array<Moving, MOST_BODIES>;
+var<workgroup> moving: array<Moving, NEAR_BODIES>;
 
-// The first patches and points: card memory is ten times as far away, and every point waits for the one before.
+// Card memory is ten times as far away, and every point waits for the one before.
 var<workgroup> links: array<Link, NEAR_PATCHES>;
-var<workgroup> near_frictions: array<Friction, NEAR_PATCHES>;
-var<workgroup> near_normals: array<Normal, NEAR_POINTS>;
+var<workgroup> frictions: array<Friction, NEAR_PATCHES>;
+var<workgroup> normals: array<Normal, NEAR_POINTS>;
 
 // The turns that a body's patches take up to now.
-var<workgroup> taken: array<u32, MOST_BODIES>;
+var<workgroup> taken: array<u32, NEAR_BODIES>;
 
 // How many turns there are, there and back.
 var<workgroup> turns: vec2<u32>;
@@ -47,72 +43,11 @@ var<workgroup> answer: atomic<u32>;
 #import small_steps
 
 fn link_at(share: Share, p: u32) -> Link {
-    if (p < NEAR_PATCHES) {
-        return links[p];
-    }
-    return link_of(patches[share.slots + p]);
-}
-
-fn friction_at(share: Share, p: u32) -> Friction {
-    if (p < NEAR_PATCHES) {
-        return near_frictions[p];
-    }
-    return frictions[share.rows + p];
-}
-
-fn set_friction(share: Share, p: u32, friction: Friction) {
-    if (p < NEAR_PATCHES) {
-        near_frictions[p] = friction;
-    } else {
-        frictions[share.rows + p] = friction;
-    }
-}
-
-fn set_friction_impulse(share: Share, p: u32, impulse: vec3<f32>) {
-    if (p < NEAR_PATCHES) {
-        near_frictions[p].impulse = impulse;
-    } else {
-        frictions[share.rows + p].impulse = impulse;
-    }
-}
-
-fn set_limits(share: Share, p: u32, limits: vec2<f32>) {
-    if (p < NEAR_PATCHES) {
-        near_frictions[p].limit = limits.x;
-        near_frictions[p].twist_limit = limits.y;
-    } else {
-        frictions[share.rows + p].limit = limits.x;
-        frictions[share.rows + p].twist_limit = limits.y;
-    }
-}
-
-fn normal_at(share: Share, j: u32) -> Normal {
-    if (j < NEAR_POINTS) {
-        return near_normals[j];
-    }
-    return normals[share.slots + j];
-}
-
-fn set_normal(share: Share, j: u32, normal: Normal) {
-    if (j < NEAR_POINTS) {
-        near_normals[j] = normal;
-    } else {
-        normals[share.slots + j] = normal;
-    }
-}
-
-fn set_impulse(share: Share, j: u32, impulse: f32) {
-    if (j < NEAR_POINTS) {
-        near_normals[j].impulse = impulse;
-    } else {
-        normals[share.slots + j].impulse = impulse;
-    }
+    return links[p];
 }
 
 fn is_due(share: Share, p: u32, turn: u32, backwards: bool) -> bool {
-    let link = links[min(p, NEAR_PATCHES - 1u)];
-    let turns = select(link.turns, vec2(p, share.patches - 1u - p), share.patches > NEAR_PATCHES);
-    return turn == select(turns.x, turns.y, backwards);
+    return turn == select(links[p].turns.x, links[p].turns.y, backwards);
 }
 
 fn patch_in_order(share: Share, i: u32, backwards: bool) -> u32 {
@@ -145,11 +80,8 @@ fn take_turn(bodies: vec2<u32>) -> u32 {
     return turn;
 }
 
-// Gives all patches their turns, if they are near; there and back there are as many as this says.
+// Gives so many patches their turns; there are as many as this says, there and back.
 fn arrange(count: u32) -> vec2<u32> {
-    if (count > NEAR_PATCHES) {
-        return vec2(count);
-    }
     var most = vec2(0u);
     for (var p = 0u; p < count; p++) {
         links[p].turns.x = take_turn(links[p].bodies);
@@ -177,23 +109,25 @@ fn main(
         return;
     }
     let row = candidate * (batch.bodies + 1u);
+    let rows = candidate * patch_rows(sim.contacts);
     let slots = candidate * sim.contacts;
-    let room = patch_rows(sim.contacts);
-    let count = min(patch_counts[candidate], room);
-    let near = min(count, NEAR_PATCHES);
+    let count = patch_counts[candidate];
     let last = patches[slots + max(count, 1u) - 1u];
-    let points = min(select(last.first + last.count, 0u, count == 0u), NEAR_POINTS);
+    let points = select(last.first + last.count, 0u, count == 0u);
+    if (batch.bodies >= NEAR_BODIES || count > min(NEAR_PATCHES, patch_rows(sim.contacts)) || points > NEAR_POINTS) {
+        return;
+    }
     let start = cursors[candidate];
     for (var body = lane; body <= batch.bodies; body += WAVE_LANES) {
-        moving[body] = bodies[row + body];
+        moving[body] = all_moving[row + body];
         taken[body] = 0u;
     }
-    for (var p = lane; p < near; p += WAVE_LANES) {
+    for (var p = lane; p < count; p += WAVE_LANES) {
         links[p] = link_of(patches[slots + p]);
-        near_frictions[p] = frictions[candidate * room + p];
+        frictions[p] = all_frictions[rows + p];
     }
     for (var j = lane; j < points; j += WAVE_LANES) {
-        near_normals[j] = normals[slots + j];
+        normals[j] = all_normals[slots + j];
     }
     workgroupBarrier();
     if (lane == 0u) {
@@ -201,17 +135,16 @@ fn main(
         turns = arrange(count);
     }
     workgroupBarrier();
-    let share = Share(lane, WAVE_LANES, 0u, row, slots, candidate * room, count, turns);
-    let end = small_steps(share, start, count);
+    let end = small_steps(Share(lane, WAVE_LANES, 0u, row, 0u, 0u, count, turns), start, count);
     workgroupBarrier();
     for (var body = lane; body <= batch.bodies; body += WAVE_LANES) {
-        bodies[row + body] = moving[body];
+        all_moving[row + body] = moving[body];
     }
-    for (var p = lane; p < near; p += WAVE_LANES) {
-        frictions[candidate * room + p] = near_frictions[p];
+    for (var p = lane; p < count; p += WAVE_LANES) {
+        all_frictions[rows + p] = frictions[p];
     }
     for (var j = lane; j < points; j += WAVE_LANES) {
-        normals[slots + j] = near_normals[j];
+        all_normals[slots + j] = normals[j];
     }
     if (lane == 0u) {
         cursors[candidate] = end;

@@ -6,7 +6,7 @@ use libtest_mimic::Failed;
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::gpu::{
     AdapterChoice, Funnel, Gpu, GpuBackend, GpuError, GpuSearch, Kernels, Options, Population, Recorder, SHADERS,
-    Simulation, plan, self_test,
+    Simulation, Way, plan, self_test,
 };
 use rest3d_gpu::world::{
     Backend, BackendError, CemSettings, Flow, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, World,
@@ -126,13 +126,12 @@ fn compile_in_time(device: &Device) -> Result<(), Failed> {
         if seconds.is_empty() { return Err(format!("nothing ran: {output:?}").into()) } else { seconds.remove(0).1 };
     let slower = (readings / READINGS_SECONDS).max(1.0);
     let all: f64 = seconds.iter().map(|(_, time)| time).sum();
-    // One of the two that solve, which suits the adapter.
-    let is_compiled = |name: &str| seconds.iter().any(|(known, _)| *known == name);
-    let mut missing: Vec<&str> =
-        SHADERS.iter().map(|shader| shader.name).filter(|name| !is_compiled(name)).collect();
-    if is_compiled("solve") != is_compiled("solve_waves") {
-        missing.retain(|name| !["solve", "solve_waves"].contains(name));
-    }
+    let needless = if Way::best(&device.gpu) == Way::Waves { "" } else { "solve_waves" };
+    let missing: Vec<&str> = SHADERS
+        .iter()
+        .map(|shader| shader.name)
+        .filter(|name| *name != needless && seconds.iter().all(|(known, _)| known != name))
+        .collect();
     seconds.sort_by(|a, b| b.1.total_cmp(&a.1));
     let slow: Vec<_> = seconds.iter().filter(|(_, time)| *time > KERNEL_SECONDS * slower).collect();
     eprintln!("ready after {all:.1} s; readings {readings} s; {:?}", &seconds[..seconds.len().min(6)]);

@@ -2,9 +2,9 @@
 // advance, follow, then friction and rigid normals until nothing approaches any more; all but the warm start once more if
 // that gained energy. All sweeps are one loop, because software drivers compile code that occurs twice twice.
 //
-// Import it below the bindings. The kernel has the tables `moving`, `axes` and `free`, and gives and takes contacts. It says how
-// invocations share a candidate: each has every so many of its bodies and patches, `is_due` tells whose turn it is in a
-// sweep, and between turns they `pause`.
+// Import it below the bindings. The kernel has the tables that are named here, and says how invocations share a candidate:
+// each has every so many of its bodies and patches, `is_due` tells whose turn it is in a sweep, and between turns they
+// `pause`.
 
 #import aim
 #import constants
@@ -124,7 +124,7 @@ fn warm_start(share: Share) {
             if (!is_due(share, p, turn, false)) {
                 continue;
             }
-            let friction = friction_at(share, p);
+            let friction = frictions[share.rows + p];
             var pair = pair_of(share.moving + link_at(share, p).bodies);
             push(&pair, Row(friction.u, friction.u_a, friction.u_b), friction.impulse.x);
             push(&pair, Row(friction.v, friction.v_a, friction.v_b), friction.impulse.y);
@@ -147,7 +147,7 @@ fn warm_start(share: Share) {
             let link = link_at(share, p);
             var pair = pair_of(share.moving + link.bodies);
             for (var j = link.first; j < link.first + link.count; j++) {
-                let n = normal_at(share, j);
+                let n = normals[share.slots + j];
                 push(&pair, Row(n.axis, n.torque_a, n.torque_b), n.impulse);
             }
             store(&pair);
@@ -181,7 +181,7 @@ fn sweep_friction(share: Share, sweep: u32) {
             if (!is_restless(bodies, sweep)) {
                 continue;
             }
-            let friction = friction_at(share, p);
+            let friction = frictions[share.rows + p];
             var pair = pair_of(bodies);
             let old = friction.impulse;
             let spinning = dot(friction.twist_b, pair.spin_b) - dot(friction.twist_a, pair.spin_a);
@@ -195,7 +195,7 @@ fn sweep_friction(share: Share, sweep: u32) {
             let tangential = wanted * select(1.0, friction.limit / size, size > friction.limit);
             push(&pair, u, tangential.x - old.x);
             push(&pair, v, tangential.y - old.y);
-            set_friction_impulse(share, p, vec3(tangential, twist));
+            frictions[share.rows + p].impulse = vec3(tangential, twist);
             store(&pair);
         }
         pause();
@@ -222,11 +222,12 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool 
             var limit = 0.0;
             var twist_limit = 0.0;
             var pair = pair_of(bodies);
+            let first = share.slots + link.first;
             // Fetched one ahead, because everything else waits for the point before.
-            var next = normal_at(share, link.first + in_order(0u, link.count, backwards));
+            var next = normals[first + in_order(0u, link.count, backwards)];
             for (var k = 0u; k < link.count; k++) {
                 let n = next;
-                next = normal_at(share, link.first + in_order(min(k + 1u, link.count - 1u), link.count, backwards));
+                next = normals[first + in_order(min(k + 1u, link.count - 1u), link.count, backwards)];
                 let row = Row(n.axis, n.torque_a, n.torque_b);
                 let bias = select(n.rigid_bias, n.spring_bias, soft);
                 let correction = select(n.mass, n.spring_mass, soft) * (relative(&pair, row) + bias);
@@ -235,13 +236,14 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool 
                 let change = total - n.impulse;
                 push(&pair, row, change);
                 disturbed |= abs(change) > select(RELAXED_SPEED * n.mass, n.tolerance, soft);
-                set_impulse(share, link.first + in_order(k, link.count, backwards), total);
+                normals[first + in_order(k, link.count, backwards)].impulse = total;
                 limit += total;
                 twist_limit += total * n.lever;
             }
             store(&pair);
             if (!soft) {
-                set_limits(share, p, vec2(limit, twist_limit) * sim.friction);
+                frictions[share.rows + p].limit = limit * sim.friction;
+                frictions[share.rows + p].twist_limit = twist_limit * sim.friction;
             }
             if (disturbed) {
                 disturb(pair.a, sweep);
@@ -278,7 +280,7 @@ fn locate(share: Share) {
         let axes_b = matrix_of(axes[share.axes + link.bodies.y]);
         let inverse_mass = a.inverse_mass + b.inverse_mass;
         let passed = b.shift - a.shift;
-        var friction = friction_at(share, p);
+        var friction = frictions[share.rows + p];
         let further = passed - friction.passed;
         let is_free = a.inverse_mass > 0.0 && b.inverse_mass > 0.0;
         let follows = is_free && dot(further, further) >= ARM_TOLERANCE * ARM_TOLERANCE;
@@ -288,10 +290,10 @@ fn locate(share: Share) {
             friction.arm_b -= by;
             friction.passed = passed;
             aim_friction(&friction, axes_a, axes_b, inverse_mass);
-            set_friction(share, p, friction);
+            frictions[share.rows + p] = friction;
         }
         for (var j = link.first; j < link.first + link.count; j++) {
-            var n = normal_at(share, j);
+            var n = normals[share.slots + j];
             if (follows) {
                 let torque = cross(by, n.axis);
                 n.torque_a += times(axes_a, torque);
@@ -299,7 +301,7 @@ fn locate(share: Share) {
                 n.mass = mass_of(Row(n.axis, n.torque_a, n.torque_b), inverse_mass);
             }
             aim(&n, n.start + (dot(n.axis, passed) + dot(n.torque_b, b.turn) - dot(n.torque_a, a.turn)));
-            set_normal(share, j, n);
+            normals[share.slots + j] = n;
         }
     }
 }
@@ -335,11 +337,12 @@ fn start_cold(share: Share) {
         moving[i].restless = ATTEMPT + MIN_PUSHING_SWEEPS - 1u;
     }
     for (var p = share.lane; p < share.patches; p += share.lanes) {
-        set_friction_impulse(share, p, vec3(0.0));
-        set_limits(share, p, vec2(0.0));
+        frictions[share.rows + p].impulse = vec3(0.0);
+        frictions[share.rows + p].limit = 0.0;
+        frictions[share.rows + p].twist_limit = 0.0;
         let link = link_at(share, p);
         for (var j = link.first; j < link.first + link.count; j++) {
-            set_impulse(share, j, 0.0);
+            normals[share.slots + j].impulse = 0.0;
         }
     }
 }

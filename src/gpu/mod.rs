@@ -36,8 +36,8 @@ pub use funnel::Funnel;
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
 pub use layout::{
-    Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Axes, Free, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged,
-    Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
+    Axes, Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Free, Friction, HullPair, Manifold, ManifoldPoint, Mark,
+    Merged, Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
 };
 pub use pipelines::identity;
 pub use plan::{Room, plan};

@@ -4,8 +4,8 @@
 
 use super::kernels::SHADERS;
 use super::layout::{
-    Ball, Bounds, Contact, Cursor, Facing, Flags, Axes, Free, Friction, HullPair, Manifold, ManifoldPoint, Mark, Merged, Moving,
-    Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
+    Axes, Ball, Bounds, Contact, Cursor, Facing, Flags, Free, Friction, HullPair, Manifold, ManifoldPoint, Mark,
+    Merged, Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
 };
 use super::layout::{Batch, Body, Draw, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
 use super::solver::patch_rows;

@@ -184,7 +184,7 @@ impl Simulation {
             contacts: &contacts.points[parity],
         });
         let (sizes, sim) = ([candidates, world.bodies.len() as u32], (&tables.parameters, &tables.sim));
-        let solver = Solver::new(gpu, kernels, sizes, sim, Way::best(gpu, sizes[1]), motion, touching)?;
+        let solver = Solver::new(gpu, kernels, sizes, sim, Way::best(gpu), motion, touching)?;
         let SimSettings { steps, snapshot_step, .. } = *settings;
         let substeps = settings.substeps.max(1);
         Ok(Self { candidates, state, collide, contacts, solver, steps, substeps, snapshot_step })

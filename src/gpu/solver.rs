@@ -5,7 +5,7 @@ use super::collide::Motion;
 use super::device::{AdapterKind, Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
-use super::layout::{Contact, Cursor, Axes, Free, Friction, Moving, Normal, Patch, Sim};
+use super::layout::{Axes, Contact, Cursor, Free, Friction, Moving, Normal, Patch, Sim};
 use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS};
 
 /// Invocations that share a candidate's patches, as in `solve_load` and `integrate`.
@@ -19,17 +19,17 @@ const WAVE_LANES: u32 = kernels::constants::WAVE_LANES;
 pub enum Way {
     /// An invocation a candidate, kernel `solve`: what software adapters are best at, because they have few units.
     Candidates,
-    /// A workgroup a candidate, kernel `solve_waves`: cards have thousands of units that would wait for memory.
+    /// A workgroup a candidate, kernel `solve_waves`, and what is too large for it as above: cards have thousands of units
+    /// that would wait for memory.
     Waves,
 }
 
 impl Way {
-    /// The faster one of those that this adapter can go with so many bodies. DirectX's older compiler refuses barriers in
-    /// loops whose end it does not know.
-    pub fn best(gpu: &Gpu, bodies: u32) -> Self {
+    /// The faster one of those that this adapter can go. DirectX's older compiler refuses barriers in loops whose end it does
+    /// not know.
+    pub fn best(gpu: &Gpu) -> Self {
         let report = gpu.report();
-        let suits = report.kind != AdapterKind::Software && report.api != "Dx12";
-        if suits && bodies < kernels::constants::MOST_BODIES { Self::Waves } else { Self::Candidates }
+        if report.kind == AdapterKind::Software || report.api == "Dx12" { Self::Candidates } else { Self::Waves }
     }
 }
 
@@ -125,33 +125,29 @@ impl Solver {
                 normals: normals.write(),
                 cursors: cursors.write(),
             };
-            let solve = || match way {
-                Way::Candidates => kernels::SolveBuffers {
-                    batch: motion.batch.uniform(),
-                    sim: sim.uniform(),
-                    patch_counts: counts.read(),
-                    patches: patches.read(),
-                    axes: axes.read(),
-                    free: free.write(),
-                    moving: moving.write(),
-                    frictions: frictions.write(),
-                    normals: normals.write(),
-                    cursors: cursors.write(),
-                }
-                .step(gpu, kernels, candidates),
-                Way::Waves => kernels::SolveWavesBuffers {
-                    batch: motion.batch.uniform(),
-                    sim: sim.uniform(),
-                    patch_counts: counts.read(),
-                    patches: patches.read(),
-                    axes: axes.read(),
-                    free: free.write(),
-                    bodies: moving.write(),
-                    frictions: frictions.write(),
-                    normals: normals.write(),
-                    cursors: cursors.write(),
-                }
-                .step(gpu, kernels, candidates * WAVE_LANES),
+            let waves = kernels::SolveWavesBuffers {
+                batch: motion.batch.uniform(),
+                sim: sim.uniform(),
+                patch_counts: counts.read(),
+                patches: patches.read(),
+                axes: axes.read(),
+                free: free.write(),
+                all_moving: moving.write(),
+                all_frictions: frictions.write(),
+                all_normals: normals.write(),
+                cursors: cursors.write(),
+            };
+            let solve = kernels::SolveBuffers {
+                batch: motion.batch.uniform(),
+                sim: sim.uniform(),
+                patch_counts: counts.read(),
+                patches: patches.read(),
+                axes: axes.read(),
+                free: free.write(),
+                moving: moving.write(),
+                frictions: frictions.write(),
+                normals: normals.write(),
+                cursors: cursors.write(),
             };
             let integrate = kernels::IntegrateBuffers {
                 batch: motion.batch.uniform(),
@@ -170,7 +166,11 @@ impl Solver {
                 statuses: motion.statuses.write(),
             };
             let mut steps = vec![start.step(gpu, kernels, rows), load.step(gpu, kernels, candidates * PATCH_LANES)];
-            steps.extend((0..rounds(parameters, bodies)).map(|_| solve()));
+            let rounds = rounds(parameters, bodies);
+            if way == Way::Waves {
+                steps.extend((0..rounds).map(|_| waves.step(gpu, kernels, candidates * WAVE_LANES)));
+            }
+            steps.extend((0..rounds).map(|_| solve.step(gpu, kernels, candidates)));
             steps.push(integrate.step(gpu, kernels, candidates * PATCH_LANES));
             steps
         });
