@@ -21,12 +21,13 @@
 @group(0) @binding(5) var<storage, read> patch_counts: array<u32>;
 @group(0) @binding(6) var<storage, read> frictions: array<Friction>;
 @group(0) @binding(7) var<storage, read> normals: array<Normal>;
-@group(0) @binding(8) var<storage, read> cursors: array<Cursor>;
-@group(0) @binding(9) var<storage, read_write> patches: array<Patch>;
-@group(0) @binding(10) var<storage, read_write> contacts: array<Contact>;
-@group(0) @binding(11) var<storage, read_write> poses: array<Pose>;
-@group(0) @binding(12) var<storage, read_write> velocities: array<Velocity>;
-@group(0) @binding(13) var<storage, read_write> statuses: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read> gaps: array<Gap>;
+@group(0) @binding(9) var<storage, read> cursors: array<Cursor>;
+@group(0) @binding(10) var<storage, read_write> patches: array<Patch>;
+@group(0) @binding(11) var<storage, read_write> contacts: array<Contact>;
+@group(0) @binding(12) var<storage, read_write> poses: array<Pose>;
+@group(0) @binding(13) var<storage, read_write> velocities: array<Velocity>;
+@group(0) @binding(14) var<storage, read_write> statuses: array<atomic<u32>>;
 
 fn turned(rotation: vec4<f32>, turn: vec3<f32>) -> vec4<f32> {
     return unit_rotation(compose(from_scaled_axis(turn), rotation));
@@ -107,8 +108,8 @@ fn all_finite(v: vec3<f32>) -> bool {
 
 // Where a contact is at rest after a substep: deeper if it was pressed hard, and ever deeper if it is one of the `points` of a
 // face.
-fn yielded(normal: Normal, points: u32) -> f32 {
-    let pressed = min(normal.rest, normal.start + RESTING_DEPTH);
+fn yielded(gap: Gap, points: u32) -> f32 {
+    let pressed = min(gap.rest, gap.start + RESTING_DEPTH);
     let sunk = select(pressed, pressed - RESTING_RATE * sim.substep, points > MAX_EDGE_POINTS);
     return max(sunk, -RESTING_DEPTH);
 }
@@ -167,16 +168,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     for (var p = lane; p < min(patch_counts[candidate], room); p += PATCH_LANES) {
         let i = slots + p;
         let friction = frictions[candidate * room + p];
-        let impulse = friction.impulse;
-        patches[i].friction = impulse.x * friction.u + impulse.y * friction.v;
-        patches[i].twist = impulse.z;
+        patches[i].friction = friction.impulse_u * friction.u + friction.impulse_v * friction.v;
+        patches[i].twist = friction.impulse_twist;
         let first = slots + patches[i].first;
         let count = patches[i].count;
         let end = first + count;
         for (var k = 0u; k < count; k++) {
             let i = first + turn_of(k, count);
             contacts[i].impulse = normals[first + k].impulse;
-            contacts[i].rest = yielded(normals[first + k], count);
+            contacts[i].rest = yielded(gaps[first + k], count);
         }
         var mean = 0.0;
         for (var j = first; j < end; j++) {

@@ -16,7 +16,9 @@
 @group(0) @binding(6) var<storage, read_write> moving: array<Moving>;
 @group(0) @binding(7) var<storage, read_write> frictions: array<Friction>;
 @group(0) @binding(8) var<storage, read_write> normals: array<Normal>;
-@group(0) @binding(9) var<storage, read_write> cursors: array<Cursor>;
+@group(0) @binding(9) var<storage, read_write> arms: array<Arms>;
+@group(0) @binding(10) var<storage, read> gaps: array<Gap>;
+@group(0) @binding(11) var<storage, read_write> cursors: array<Cursor>;
 
 #import small_steps
 
@@ -24,7 +26,7 @@
 var<workgroup> most_patches: atomic<u32>;
 
 fn link_at(share: Share, p: u32) -> Link {
-    return link_of(patches[share.slots + p]);
+    return link_of(patches[share.far_slots + p]);
 }
 
 fn is_due(share: Share, p: u32, turn: u32, backwards: bool) -> bool {
@@ -61,6 +63,8 @@ fn main(
         return;
     }
     let bodies = candidate * (batch.bodies + 1u);
-    let share = Share(0u, 1u, bodies, bodies, candidate * sim.contacts, candidate * room, count, vec2(1u));
+    let slots = candidate * sim.contacts;
+    let rows = candidate * room;
+    let share = Share(0u, 1u, bodies, slots, rows, bodies, slots, rows, count, vec2(1u));
     cursors[candidate] = small_steps(share, cursors[candidate], atomicLoad(&most_patches));
 }

@@ -19,7 +19,9 @@
 @group(0) @binding(7) var<storage, read> contacts: array<Contact>;
 @group(0) @binding(8) var<storage, read_write> frictions: array<Friction>;
 @group(0) @binding(9) var<storage, read_write> normals: array<Normal>;
-@group(0) @binding(10) var<storage, read_write> cursors: array<Cursor>;
+@group(0) @binding(10) var<storage, read_write> arms: array<Arms>;
+@group(0) @binding(11) var<storage, read_write> gaps: array<Gap>;
+@group(0) @binding(12) var<storage, read_write> cursors: array<Cursor>;
 
 #import aim
 
@@ -67,14 +69,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         var friction = Friction();
         friction.u = tangent(at.normal);
         friction.v = cross(at.normal, friction.u);
-        friction.arm_a = center - origin_a;
-        friction.arm_b = center - origin_b;
-        aim_friction(&friction, a, b, inverse_mass);
+        let levers = Arms(center - origin_a, center - origin_b, vec3(0.0));
+        arms[candidate * rows + i] = levers;
+        aim_friction(&friction, levers, a, b, inverse_mass);
         friction.twist_a = times(a, at.normal);
         friction.twist_b = times(b, at.normal);
         friction.mass_twist =
             inverse_of(dot(friction.twist_a, friction.twist_a) + dot(friction.twist_b, friction.twist_b));
-        friction.impulse = vec3(dot(at.friction, friction.u), dot(at.friction, friction.v), at.twist);
+        friction.impulse_u = dot(at.friction, friction.u);
+        friction.impulse_v = dot(at.friction, friction.v);
+        friction.impulse_twist = at.twist;
         for (var k = 0u; k < at.count; k++) {
             let contact = contacts[first + turn_of(k, at.count)];
             let row = row_along(contact.normal, contact.point - origin_a, contact.point - origin_b, a, b);
@@ -86,13 +90,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             normal.mass = mass_of(row, inverse_mass);
             normal.torque_a = row.torque_a;
             normal.torque_b = row.torque_b;
-            normal.start = separation;
             normal.lever = lever;
             normal.impulse = contact.impulse;
             normal.load = contact.load;
-            normal.rest = select(met, contact.rest, contact.rest < 0.0);
-            aim(&normal, separation);
+            let gap = Gap(separation, select(met, contact.rest, contact.rest < 0.0));
+            aim(&normal, gap.start, gap.rest);
             normals[first + k] = normal;
+            gaps[first + k] = gap;
             friction.limit += contact.impulse;
             friction.twist_limit += contact.impulse * lever;
         }

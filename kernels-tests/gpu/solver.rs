@@ -1,4 +1,4 @@
-//! Kernels `solve_bodies`, `solve_load`, `solve` or `solve_waves`, `integrate`: one substep from the CPU's contacts.
+//! Kernels `solve_bodies`, `solve_load`, `solve_near`, `solve_far`, `solve`, `integrate`: one substep from the CPU's contacts.
 
 use super::Test;
 use super::fixture::{Device, SIZES, Value, compare, noise};
@@ -242,7 +242,7 @@ fn solved_in(
     let mut recorder = Recorder::new(&device.gpu);
     let mut left = runs;
     recorder.run(solver.steps(parity).iter().filter(|step| {
-        let is_counted = ["solve", "solve_waves"].contains(&step.name);
+        let is_counted = ["solve_near", "solve_far", "solve"].contains(&step.name);
         let is_left = !is_counted || left > 0;
         left -= usize::from(is_counted && is_left);
         is_left

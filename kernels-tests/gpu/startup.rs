@@ -126,11 +126,11 @@ fn compile_in_time(device: &Device) -> Result<(), Failed> {
         if seconds.is_empty() { return Err(format!("nothing ran: {output:?}").into()) } else { seconds.remove(0).1 };
     let slower = (readings / READINGS_SECONDS).max(1.0);
     let all: f64 = seconds.iter().map(|(_, time)| time).sum();
-    let needless = if Way::best(&device.gpu) == Way::Waves { "" } else { "solve_waves" };
+    let needless: &[&str] = if Way::best(&device.gpu) == Way::Waves { &[] } else { &["solve_near", "solve_far"] };
     let missing: Vec<&str> = SHADERS
         .iter()
         .map(|shader| shader.name)
-        .filter(|name| *name != needless && seconds.iter().all(|(known, _)| known != name))
+        .filter(|name| !needless.contains(name) && seconds.iter().all(|(known, _)| known != name))
         .collect();
     seconds.sort_by(|a, b| b.1.total_cmp(&a.1));
     let slow: Vec<_> = seconds.iter().filter(|(_, time)| *time > KERNEL_SECONDS * slower).collect();

@@ -25,12 +25,14 @@ struct Share {
     // Which it is, and of how many.
     lane: u32,
     lanes: u32,
-    // First row in `moving`, and in `axes` and `free`.
+    // First rows in `moving`, `normals` and `frictions`.
     moving: u32,
-    axes: u32,
-    // First slot of its contact points, and first row of its patches' friction.
     slots: u32,
     rows: u32,
+    // First rows in what never is near at hand: `axes` and `free`, `patches` and `gaps`, `arms`.
+    far_moving: u32,
+    far_slots: u32,
+    far_rows: u32,
     // How many patches, and how many turns a sweep there and back takes.
     patches: u32,
     turns: vec2<u32>,
@@ -111,7 +113,7 @@ fn accelerate(share: Share) {
         let spin = moving[i].spin * angular;
         moving[i].linear = now;
         moving[i].spin = spin;
-        free[share.axes + body] = Free(now, spin, moving[i].shift, moving[i].turn);
+        free[share.far_moving + body] = Free(now, spin, moving[i].shift, moving[i].turn);
         let allowed = (dot(now, now) * ENERGY_GAIN + LEFT_SPEED * LEFT_SPEED) / inverse_mass;
         moving[i].allowed = allowed + dot(spin, spin) * ENERGY_GAIN;
         moving[i].restless = MIN_PUSHING_SWEEPS - 1u;
@@ -126,9 +128,9 @@ fn warm_start(share: Share) {
             }
             let friction = frictions[share.rows + p];
             var pair = pair_of(share.moving + link_at(share, p).bodies);
-            push(&pair, Row(friction.u, friction.u_a, friction.u_b), friction.impulse.x);
-            push(&pair, Row(friction.v, friction.v_a, friction.v_b), friction.impulse.y);
-            twist_by(&pair, friction, friction.impulse.z);
+            push(&pair, Row(friction.u, friction.u_a, friction.u_b), friction.impulse_u);
+            push(&pair, Row(friction.v, friction.v_a, friction.v_b), friction.impulse_v);
+            twist_by(&pair, friction, friction.impulse_twist);
             store(&pair);
             if (pair.inverse_mass_a > 0.0) {
                 moving[pair.a].touched |= select(1u, 3u, pair.inverse_mass_b == 0.0);
@@ -183,19 +185,21 @@ fn sweep_friction(share: Share, sweep: u32) {
             }
             let friction = frictions[share.rows + p];
             var pair = pair_of(bodies);
-            let old = friction.impulse;
             let spinning = dot(friction.twist_b, pair.spin_b) - dot(friction.twist_a, pair.spin_a);
             let most = friction.twist_limit;
-            let twist = clamp(old.z - friction.mass_twist * spinning, -most, most);
-            twist_by(&pair, friction, twist - old.z);
+            let twist = clamp(friction.impulse_twist - friction.mass_twist * spinning, -most, most);
+            twist_by(&pair, friction, twist - friction.impulse_twist);
             let u = Row(friction.u, friction.u_a, friction.u_b);
             let v = Row(friction.v, friction.v_a, friction.v_b);
-            let wanted = old.xy - vec2(friction.mass * relative(&pair, u), friction.mass * relative(&pair, v));
+            let old = vec2(friction.impulse_u, friction.impulse_v);
+            let wanted = old - vec2(friction.mass * relative(&pair, u), friction.mass * relative(&pair, v));
             let size = length(wanted);
             let tangential = wanted * select(1.0, friction.limit / size, size > friction.limit);
             push(&pair, u, tangential.x - old.x);
             push(&pair, v, tangential.y - old.y);
-            frictions[share.rows + p].impulse = vec3(tangential, twist);
+            frictions[share.rows + p].impulse_u = tangential.x;
+            frictions[share.rows + p].impulse_v = tangential.y;
+            frictions[share.rows + p].impulse_twist = twist;
             store(&pair);
         }
         pause();
@@ -206,6 +210,7 @@ fn sweep_friction(share: Share, sweep: u32) {
 // True if the relative speed of a contact changed.
 fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool {
     var changed = false;
+    let spring = softness();
     let turns = select(share.turns.x, share.turns.y, backwards);
     for (var turn = 0u; turn < turns; turn++) {
         for (var i = share.lane; i < share.patches; i += share.lanes) {
@@ -229,13 +234,15 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool 
                 let n = next;
                 next = normals[first + in_order(min(k + 1u, link.count - 1u), link.count, backwards)];
                 let row = Row(n.axis, n.torque_a, n.torque_b);
+                let springy = soft & (n.depth > 0u);
                 let bias = select(n.rigid_bias, n.spring_bias, soft);
-                let correction = select(n.mass, n.spring_mass, soft) * (relative(&pair, row) + bias);
-                let leak = select(0.0, n.leak, soft);
+                let correction = n.mass * select(1.0, spring.mass_scale, springy) * (relative(&pair, row) + bias);
+                let leak = select(0.0, spring.impulse_scale, springy);
                 let total = max(n.impulse - correction - leak * (n.impulse - n.load), 0.0);
                 let change = total - n.impulse;
                 push(&pair, row, change);
-                disturbed |= abs(change) > select(RELAXED_SPEED * n.mass, n.tolerance, soft);
+                let counts = !soft | (n.depth < 2u);
+                disturbed |= counts & (abs(change) > select(RELAXED_SPEED, PUSHED_SPEED, soft) * n.mass);
                 normals[first + in_order(k, link.count, backwards)].impulse = total;
                 limit += total;
                 twist_limit += total * n.lever;
@@ -276,20 +283,20 @@ fn locate(share: Share) {
         let link = link_at(share, p);
         let a = moving[share.moving + link.bodies.x];
         let b = moving[share.moving + link.bodies.y];
-        let axes_a = matrix_of(axes[share.axes + link.bodies.x]);
-        let axes_b = matrix_of(axes[share.axes + link.bodies.y]);
+        let axes_a = matrix_of(axes[share.far_moving + link.bodies.x]);
+        let axes_b = matrix_of(axes[share.far_moving + link.bodies.y]);
         let inverse_mass = a.inverse_mass + b.inverse_mass;
         let passed = b.shift - a.shift;
-        var friction = frictions[share.rows + p];
-        let further = passed - friction.passed;
+        let before = arms[share.far_rows + p];
+        let further = passed - before.passed;
         let is_free = a.inverse_mass > 0.0 && b.inverse_mass > 0.0;
         let follows = is_free && dot(further, further) >= ARM_TOLERANCE * ARM_TOLERANCE;
         let by = 0.5 * further;
         if (follows) {
-            friction.arm_a += by;
-            friction.arm_b -= by;
-            friction.passed = passed;
-            aim_friction(&friction, axes_a, axes_b, inverse_mass);
+            let after = Arms(before.a + by, before.b - by, passed);
+            arms[share.far_rows + p] = after;
+            var friction = frictions[share.rows + p];
+            aim_friction(&friction, after, axes_a, axes_b, inverse_mass);
             frictions[share.rows + p] = friction;
         }
         for (var j = link.first; j < link.first + link.count; j++) {
@@ -300,7 +307,9 @@ fn locate(share: Share) {
                 n.torque_b -= times(axes_b, torque);
                 n.mass = mass_of(Row(n.axis, n.torque_a, n.torque_b), inverse_mass);
             }
-            aim(&n, n.start + (dot(n.axis, passed) + dot(n.torque_b, b.turn) - dot(n.torque_a, a.turn)));
+            let gap = gaps[share.far_slots + j];
+            let moved = dot(n.axis, passed) + dot(n.torque_b, b.turn) - dot(n.torque_a, a.turn);
+            aim(&n, gap.start + moved, gap.rest);
             normals[share.slots + j] = n;
         }
     }
@@ -329,7 +338,7 @@ fn start_cold(share: Share) {
         if (moving[i].inverse_mass == 0.0) {
             continue;
         }
-        let before = free[share.axes + body];
+        let before = free[share.far_moving + body];
         moving[i].linear = before.linear;
         moving[i].spin = before.spin;
         moving[i].shift = before.shift;
@@ -337,7 +346,9 @@ fn start_cold(share: Share) {
         moving[i].restless = ATTEMPT + MIN_PUSHING_SWEEPS - 1u;
     }
     for (var p = share.lane; p < share.patches; p += share.lanes) {
-        frictions[share.rows + p].impulse = vec3(0.0);
+        frictions[share.rows + p].impulse_u = 0.0;
+        frictions[share.rows + p].impulse_v = 0.0;
+        frictions[share.rows + p].impulse_twist = 0.0;
         frictions[share.rows + p].limit = 0.0;
         frictions[share.rows + p].twist_limit = 0.0;
         let link = link_at(share, p);

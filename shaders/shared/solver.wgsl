@@ -45,27 +45,24 @@ struct Normal {
     mass: f32,
     // Torque of a unit impulse about either body, in its frame.
     torque_a: vec3<f32>,
-    // Separation at the substep's start less the rest offset, m.
-    start: f32,
-    torque_b: vec3<f32>,
-    // Distance from the patch's centre, m: lever of its friction against twisting.
-    lever: f32,
     // Accumulated impulse of one small step, N s.
     impulse: f32,
+    torque_b: vec3<f32>,
     // `Contact::load`
     load: f32,
-    // `Contact::rest`
-    rest: f32,
-    // What the impulse works towards at the contact's separation, as `cpu::solve::rows::Aim`. Speed at which the surfaces are
-    // to come closer, rigid or as a spring, m/s.
+    // Distance from the patch's centre, m: lever of its friction against twisting.
+    lever: f32,
+    // Speed at which the surfaces are to come closer, rigid or as a spring, m/s.
     rigid_bias: f32,
     spring_bias: f32,
-    // Effective mass less the spring's give, kg.
-    spring_mass: f32,
-    // Share of the impulse beyond its load that the spring gives back.
-    leak: f32,
-    // Change of the spring's impulse that is none, N s.
-    tolerance: f32,
+    // 0 if the surfaces are apart, 1 if they overlap, 2 if so by more than `TOUCHING_DEPTH`.
+    depth: u32,
+}
+
+// How far a contact point's surfaces are apart: at the substep's start less the rest offset, and at `Contact::rest`, m.
+struct Gap {
+    start: f32,
+    rest: f32,
 }
 
 // Friction of a patch: two directions at the centre of pressure and the twist about the normal.
@@ -84,17 +81,22 @@ struct Friction {
     u_b: vec3<f32>,
     twist_limit: f32,
     v_a: vec3<f32>,
+    // Accumulated along both directions, N s, and about the normal, N m s.
+    impulse_u: f32,
     v_b: vec3<f32>,
+    impulse_v: f32,
     // Unit torques about the normal, in the bodies' frames.
     twist_a: vec3<f32>,
+    impulse_twist: f32,
     twist_b: vec3<f32>,
-    // Lever arms of the centre, m.
-    arm_a: vec3<f32>,
-    arm_b: vec3<f32>,
-    // How far the second body had moved past the first when the lever arms were made, m.
+}
+
+// Lever arms of a patch's centre, m.
+struct Arms {
+    a: vec3<f32>,
+    b: vec3<f32>,
+    // How far the second body had moved past the first when they were made, m.
     passed: vec3<f32>,
-    // Accumulated along both directions, N s, and about the normal, N m s.
-    impulse: vec3<f32>,
 }
 
 // Invocations that share a candidate's patches before and after the small steps.
@@ -142,9 +144,9 @@ fn row_along(axis: vec3<f32>, arm_a: vec3<f32>, arm_b: vec3<f32>, a: mat3x3<f32>
 }
 
 // Sets the rows of a patch's friction at its lever arms.
-fn aim_friction(friction: ptr<function, Friction>, a: mat3x3<f32>, b: mat3x3<f32>, inverse_mass: f32) {
-    let u = row_along((*friction).u, (*friction).arm_a, (*friction).arm_b, a, b);
-    let v = row_along((*friction).v, (*friction).arm_a, (*friction).arm_b, a, b);
+fn aim_friction(friction: ptr<function, Friction>, arms: Arms, a: mat3x3<f32>, b: mat3x3<f32>, inverse_mass: f32) {
+    let u = row_along((*friction).u, arms.a, arms.b, a, b);
+    let v = row_along((*friction).v, arms.a, arms.b, a, b);
     (*friction).u_a = u.torque_a;
     (*friction).u_b = u.torque_b;
     (*friction).v_a = v.torque_a;

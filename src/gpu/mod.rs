@@ -36,8 +36,9 @@ pub use funnel::Funnel;
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
 pub use layout::{
-    Axes, Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Free, Friction, HullPair, Manifold, ManifoldPoint, Mark,
-    Merged, Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
+    Arms, Axes, Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Free, Friction, Gap, HullPair, Manifold,
+    ManifoldPoint, Mark, Merged, Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update,
+    Weights,
 };
 pub use pipelines::identity;
 pub use plan::{Room, plan};

@@ -4,8 +4,8 @@
 
 use super::kernels::SHADERS;
 use super::layout::{
-    Axes, Ball, Bounds, Contact, Cursor, Facing, Flags, Free, Friction, HullPair, Manifold, ManifoldPoint, Mark,
-    Merged, Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
+    Arms, Axes, Ball, Bounds, Contact, Cursor, Facing, Flags, Free, Friction, Gap, HullPair, Manifold, ManifoldPoint,
+    Mark, Merged, Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
 };
 use super::layout::{Batch, Body, Draw, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
 use super::solver::patch_rows;
@@ -33,7 +33,7 @@ fn bytes<T>(count: usize) -> u64 {
 }
 
 /// Buffers of `Simulation`, by candidate simulated at a time.
-fn simulation(world: &World) -> [Row; 37] {
+fn simulation(world: &World) -> [Row; 39] {
     let [bodies, pairs, hulls] = [world.bodies.len(), world.pairs.len(), world.hulls.hulls.len()];
     let [hull_pairs, contacts] = [world.capacities.hull_pairs, world.capacities.contacts].map(|n| n as usize);
     let (slots, entries) = (hull_pairs + hulls, pairs + bodies);
@@ -74,6 +74,8 @@ fn simulation(world: &World) -> [Row; 37] {
         ("free", bytes::<Free>(bodies + 1)),
         ("normals", bytes::<Normal>(contacts)),
         ("frictions", bytes::<Friction>(patch_rows(contacts as u32) as usize)),
+        ("arms", bytes::<Arms>(patch_rows(contacts as u32) as usize)),
+        ("gaps", bytes::<Gap>(contacts)),
         ("cursors", bytes::<Cursor>(1)),
     ]
 }

@@ -5,13 +5,13 @@ use super::collide::Motion;
 use super::device::{AdapterKind, Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
-use super::layout::{Axes, Contact, Cursor, Free, Friction, Moving, Normal, Patch, Sim};
+use super::layout::{Arms, Axes, Contact, Cursor, Free, Friction, Gap, Moving, Normal, Patch, Sim};
 use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS};
 
 /// Invocations that share a candidate's patches, as in `solve_load` and `integrate`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
 
-/// Invocations that share a candidate's patches, as in `solve_waves`.
+/// Invocations that share a candidate's patches, as in `solve_near` and `solve_far`.
 const WAVE_LANES: u32 = kernels::constants::WAVE_LANES;
 
 /// How the small steps of all candidates are shared out.
@@ -19,8 +19,8 @@ const WAVE_LANES: u32 = kernels::constants::WAVE_LANES;
 pub enum Way {
     /// An invocation a candidate, kernel `solve`: what software adapters are best at, because they have few units.
     Candidates,
-    /// A workgroup a candidate, kernel `solve_waves`, and what is too large for it as above: cards have thousands of units
-    /// that would wait for memory.
+    /// A workgroup a candidate, kernels `solve_near` and `solve_far`, and what is too large for them as above: cards have
+    /// thousands of units that would wait for memory.
     Waves,
 }
 
@@ -100,6 +100,8 @@ impl Solver {
         let normals = Buffer::<Normal>::new(gpu, "normals", slots)?;
         let patches = candidates as usize * patch_rows(parameters.contacts) as usize;
         let frictions = Buffer::<Friction>::new(gpu, "frictions", patches)?;
+        let arms = Buffer::<Arms>::new(gpu, "arms", patches)?;
+        let gaps = Buffer::<Gap>::new(gpu, "gaps", slots)?;
         let cursors = Buffer::<Cursor>::new(gpu, "cursors", candidates as usize)?;
         let axes = Buffer::<Axes>::new(gpu, "axes", rows as usize)?;
         let free = Buffer::<Free>::new(gpu, "free", rows as usize)?;
@@ -123,9 +125,11 @@ impl Solver {
                 contacts: contacts.read(),
                 frictions: frictions.write(),
                 normals: normals.write(),
+                arms: arms.write(),
+                gaps: gaps.write(),
                 cursors: cursors.write(),
             };
-            let waves = kernels::SolveWavesBuffers {
+            let near = kernels::SolveNearBuffers {
                 batch: motion.batch.uniform(),
                 sim: sim.uniform(),
                 patch_counts: counts.read(),
@@ -135,6 +139,22 @@ impl Solver {
                 all_moving: moving.write(),
                 all_frictions: frictions.write(),
                 all_normals: normals.write(),
+                arms: arms.write(),
+                gaps: gaps.read(),
+                cursors: cursors.write(),
+            };
+            let far = kernels::SolveFarBuffers {
+                batch: motion.batch.uniform(),
+                sim: sim.uniform(),
+                patch_counts: counts.read(),
+                patches: patches.read(),
+                axes: axes.read(),
+                free: free.write(),
+                all_moving: moving.write(),
+                frictions: frictions.write(),
+                normals: normals.write(),
+                arms: arms.write(),
+                gaps: gaps.read(),
                 cursors: cursors.write(),
             };
             let solve = kernels::SolveBuffers {
@@ -147,6 +167,8 @@ impl Solver {
                 moving: moving.write(),
                 frictions: frictions.write(),
                 normals: normals.write(),
+                arms: arms.write(),
+                gaps: gaps.read(),
                 cursors: cursors.write(),
             };
             let integrate = kernels::IntegrateBuffers {
@@ -158,6 +180,7 @@ impl Solver {
                 patch_counts: counts.read(),
                 frictions: frictions.read(),
                 normals: normals.read(),
+                gaps: gaps.read(),
                 cursors: cursors.read(),
                 patches: patches.write(),
                 contacts: contacts.write(),
@@ -168,7 +191,9 @@ impl Solver {
             let mut steps = vec![start.step(gpu, kernels, rows), load.step(gpu, kernels, candidates * PATCH_LANES)];
             let rounds = rounds(parameters, bodies);
             if way == Way::Waves {
-                steps.extend((0..rounds).map(|_| waves.step(gpu, kernels, candidates * WAVE_LANES)));
+                let lanes = candidates * WAVE_LANES;
+                steps.extend((0..rounds).map(|_| near.step(gpu, kernels, lanes)));
+                steps.extend((0..rounds).map(|_| far.step(gpu, kernels, lanes)));
             }
             steps.extend((0..rounds).map(|_| solve.step(gpu, kernels, candidates)));
             steps.push(integrate.step(gpu, kernels, candidates * PATCH_LANES));

@@ -123,28 +123,30 @@ pub struct Normal {
     pub mass: f32,
     /// Torque of a unit impulse about the first body, in its frame.
     pub torque_a: Vec3,
-    /// Separation at the substep's start, less the rest offset, m.
-    pub start: f32,
-    /// The same about the second.
-    pub torque_b: Vec3,
-    /// Distance from the patch's centre, m.
-    pub lever: f32,
     /// Accumulated, N s.
     pub impulse: f32,
+    /// The same torque about the second.
+    pub torque_b: Vec3,
     /// `Contact::load`
     pub load: f32,
-    /// `Contact::rest`
-    pub rest: f32,
+    /// Distance from the patch's centre, m.
+    pub lever: f32,
     /// Speed at which the surfaces are to come closer if the contact is rigid, m/s.
     pub rigid_bias: f32,
     /// The same if it is a spring.
     pub spring_bias: f32,
-    /// Effective mass less the spring's give, kg.
-    pub spring_mass: f32,
-    /// Share of the impulse beyond its load that the spring gives back.
-    pub leak: f32,
-    /// Change of the spring's impulse that is none, N s.
-    pub tolerance: f32,
+    /// 0 if the surfaces are apart, 1 if they overlap, 2 if so by more than `TOUCHING_DEPTH`.
+    pub depth: u32,
+}
+
+/// How far a contact point's surfaces are apart.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Gap {
+    /// At the substep's start, less the rest offset, m.
+    pub start: f32,
+    /// `Contact::rest`
+    pub rest: f32,
 }
 
 /// Friction of a patch while a substep is solved.
@@ -163,34 +165,40 @@ pub struct Friction {
     pub u_a: Vec3,
     /// What the points' impulses allow along the surface, N s.
     pub limit: f32,
-    /// The same about the second body.
+    /// The same torque about the second body.
     pub u_b: Vec3,
     /// What they allow about the normal, N m s.
     pub twist_limit: f32,
     /// Along the second direction.
     pub v_a: Vec3,
-    pad1: u32,
+    /// Accumulated along the first direction, N s.
+    pub impulse_u: f32,
     /// The same about the second body.
     pub v_b: Vec3,
-    pad2: u32,
+    /// Accumulated along the second direction, N s.
+    pub impulse_v: f32,
     /// Unit torque about the normal, in the first body's frame.
     pub twist_a: Vec3,
-    pad3: u32,
+    /// Accumulated about the normal, N m s.
+    pub impulse_twist: f32,
     /// In the second body's.
     pub twist_b: Vec3,
-    pad4: u32,
-    /// Lever arm of the patch's centre on the first body, m.
-    pub arm_a: Vec3,
-    pad5: u32,
+    pad: u32,
+}
+
+/// Lever arms of a patch's centre.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Arms {
+    /// On the first body, m.
+    pub a: Vec3,
+    pad1: u32,
     /// On the second body, m.
-    pub arm_b: Vec3,
-    pad6: u32,
-    /// How far the second body had moved past the first when the arms were made, m.
+    pub b: Vec3,
+    pad2: u32,
+    /// How far the second body had moved past the first when they were made, m.
     pub passed: Vec3,
-    pad7: u32,
-    /// Accumulated along both directions, N s, and about the normal, N m s.
-    pub impulse: Vec3,
-    pad8: u32,
+    pad3: u32,
 }
 
 /// How far the solver has come with a candidate's substep.
