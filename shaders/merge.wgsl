@@ -50,12 +50,12 @@ fn find_seeds(
     for (var k = 0u; k < MAX_PATCHES; k++) {
         var deepest = NONE;
         var depth = -LOWEST;
-        // Without branches, so that several loads are under way at a time.
         for (var i = 0u; i < count; i++) {
-            let separation = manifold_points[(*gathered)[i]].separation;
-            let deeper = ((*owners)[i] == NONE) & (separation < depth);
-            deepest = select(deepest, (*gathered)[i], deeper);
-            depth = select(depth, separation, deeper);
+            if ((*owners)[i] == NONE) {
+                let separation = manifold_points[(*gathered)[i]].separation;
+                deepest = select(deepest, (*gathered)[i], separation < depth);
+                depth = min(depth, separation);
+            }
         }
         if (deepest == NONE) {
             break;
@@ -64,8 +64,10 @@ fn find_seeds(
         (*seeds)[k] = vec4(normal, depth);
         patches = k + 1u;
         for (var i = 0u; i < count; i++) {
-            let joins = ((*owners)[i] == NONE) & (dot(normal_of((*gathered)[i]), normal) >= PATCH_COSINE);
-            (*owners)[i] = select((*owners)[i], k, joins);
+            if ((*owners)[i] == NONE) {
+                let joins = dot(normal_of((*gathered)[i]), normal) >= PATCH_COSINE;
+                (*owners)[i] = select(NONE, k, joins);
+            }
         }
     }
     for (var i = 0u; i < count; i++) {
@@ -117,9 +119,12 @@ fn gather(index: u32, first: u32, end: u32) {
                 var taken = 0u;
                 for (var j = 0u; j < EXTREMES + count; j++) {
                     let left = j - min(j, EXTREMES);
+                    if (j >= EXTREMES && owners[left] != k) {
+                        continue;
+                    }
                     let number = select(gathered[left], extreme(extremes, j), j < EXTREMES);
                     let p = manifold_points[number];
-                    let tried = j < EXTREMES || (owners[left] == k && bears(p.separation - seeds[k].w));
+                    let tried = j < EXTREMES || bears(p.separation - seeds[k].w);
                     if (tried && is_new(&positions, taken, p.on_b)) {
                         positions[taken] = vec4(p.on_b, 0.0);
                         kept[kept_count + taken] = number;

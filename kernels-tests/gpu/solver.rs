@@ -17,11 +17,15 @@ use std::ops::Range;
 pub const TESTS: &[Test] = &[
     ("solver::is_its_twin", is_its_twin),
     ("solver::tries_again_as_its_twin", tries_again_as_its_twin),
+    ("solver::every_kernel_does_its_share", every_kernel_does_its_share),
     ("solver::gives_the_same_bits_again", gives_the_same_bits_again),
     ("solver::goes_on_where_it_stopped", goes_on_where_it_stopped),
     ("solver::tells_what_is_not_done", tells_what_is_not_done),
     ("solver::tells_what_is_not_finite", tells_what_is_not_finite),
 ];
+
+/// The kernels that solve small steps, each those candidates that the ones before it left.
+const SMALL_STEPS: [&str; 3] = ["solve_near", "solve_far", "solve"];
 
 const WAYS: [Way; 2] = [Way::Candidates, Way::Waves];
 
@@ -208,16 +212,16 @@ fn solved(
     before: &Tables,
     after: Option<&Tables>,
 ) -> Result<(Vec<Pose>, Vec<u32>), Failed> {
-    solved_in(device, how, before, after, usize::MAX)
+    solved_by(device, how, before, after, |_| true)
 }
 
-/// The same, with kernel `solve` run so often at most.
-fn solved_in(
+/// The same, by those runs of the solver's kernels that `is_run` lets pass.
+fn solved_by(
     device: &Device,
     (world, parameters, parity, way): (&World, &Sim, usize, Way),
     before: &Tables,
     after: Option<&Tables>,
-    runs: usize,
+    mut is_run: impl FnMut(&str) -> bool,
 ) -> Result<(Vec<Pose>, Vec<u32>), Failed> {
     let candidates = before.counts.len() as u32;
     let batch = device.input(&[Batch::new(world, candidates)])?;
@@ -240,13 +244,7 @@ fn solved_in(
     device.poison(&solver.frictions);
     device.poison(&solver.normals);
     let mut recorder = Recorder::new(&device.gpu);
-    let mut left = runs;
-    recorder.run(solver.steps(parity).iter().filter(|step| {
-        let is_counted = ["solve_near", "solve_far", "solve"].contains(&step.name);
-        let is_left = !is_counted || left > 0;
-        left -= usize::from(is_counted && is_left);
-        is_left
-    }));
+    recorder.run(solver.steps(parity).iter().filter(|step| !SMALL_STEPS.contains(&step.name) || is_run(step.name)));
     recorder.submit();
     if let Some(after) = after {
         let what = format!("{way:?}, {candidates}, parity {parity}");
@@ -284,6 +282,43 @@ fn tries_again_as_its_twin(device: &Device) -> Result<(), Failed> {
         let tables = [&before, &after].map(|states| Tables::new(&world, states, states.len() as u32));
         for way in WAYS {
             solved(device, (&world, &Sim::new(&settings, world.capacities), 0, way), &tables[0], Some(&tables[1]))?;
+        }
+    }
+    Ok(())
+}
+
+/// Blocks of so many boxes side by side and on one another, which touch on all sides.
+fn block(x: usize, y: usize, z: usize) -> World {
+    let mut scenario = Scenario::default();
+    for i in 0..x * y * z {
+        let at = Vec3::new((i % x) as f32, 0.5 + (i / x % y) as f32, (i / x / y) as f32);
+        scenario.cuboid(Vec3::splat(0.1), 1.0, 0.2 * at, Quat::IDENTITY);
+    }
+    scenario.world()
+}
+
+/// A pile that is small enough for workgroup memory, one with too many patches and points for that, and one with too many
+/// bodies. Both ways end at the same bits where nothing is fused.
+fn every_kernel_does_its_share(device: &Device) -> Result<(), Failed> {
+    let settings = SimSettings::default();
+    for (world, kernel) in [(block(2, 3, 1), 0), (block(2, 3, 2), 1), (block(4, 3, 3), 2)] {
+        let (before, after): (Vec<_>, Vec<_>) =
+            states_after(&world, &settings, 0.0, 0..3)?.into_iter().map(|[b, a]| (b, a)).unzip();
+        let tables = [&before, &after].map(|states| Tables::new(&world, states, 7));
+        let sim = Sim { loops: device.gpu.loops(), ..Sim::new(&settings, world.capacities) };
+        let how = |way| (&world, &sim, 0, way);
+        solved(device, how(Way::Waves), &tables[0], Some(&tables[1]))?;
+        for (last, name) in SMALL_STEPS.into_iter().enumerate() {
+            let up_to = |step: &str| SMALL_STEPS[..=last].contains(&step);
+            let (_, statuses) = solved_by(device, how(Way::Waves), &tables[0], None, up_to)?;
+            if statuses.iter().any(|status| (*status == 0) != (last >= kernel)) {
+                let counts = &tables[0].counts;
+                return Err(format!("{name} is not for {}: {counts:?} patches", SMALL_STEPS[kernel]).into());
+            }
+        }
+        let [candidates, waves] = WAYS.map(|way| solved(device, how(way), &tables[0], None));
+        if device.rounding(1.0) == 0.0 && candidates?.0 != waves?.0 {
+            return Err(format!("{} ends elsewhere than `solve`", SMALL_STEPS[kernel]).into());
         }
     }
     Ok(())
@@ -335,7 +370,14 @@ fn tells_what_is_not_done(device: &Device) -> Result<(), Failed> {
     let tables = Tables::new(&world, &before, 7);
     let sim = Sim { loops: 0, ..Sim::new(&settings, world.capacities) };
     for way in WAYS {
-        let all = |runs| solved_in(device, (&world, &sim, 0, way), &tables, None, runs).map(|(_, statuses)| statuses);
+        let all = |mut runs: usize| {
+            let is_left = |_: &str| {
+                let is_left = runs > 0;
+                runs = runs.saturating_sub(1);
+                is_left
+            };
+            solved_by(device, (&world, &sim, 0, way), &tables, None, is_left).map(|(_, statuses)| statuses)
+        };
         let (done, once) = (all(usize::MAX)?, all(1)?);
         if done.iter().any(|status| *status != 0) || once.iter().any(|status| *status != Status::CONTACTS.0) {
             return Err(format!("{way:?}: a substep is done or not, and the status says otherwise").into());
