@@ -10,6 +10,7 @@ use std::process::{Command, Output};
 
 pub const TESTS: &[Test] = &[
     ("auto::takes_an_adapter_that_passes_and_remembers_it", takes_an_adapter_that_passes),
+    ("auto::does_not_take_a_slow_adapter", does_not_take_a_slow_adapter),
     ("auto::does_not_trust_a_wrong_or_crashing_driver", does_not_trust_a_wrong_driver),
     ("auto::adapters_are_tested_on_demand", adapters_are_tested_on_demand),
     ("auto::a_lost_device_ends_on_the_processor", a_lost_device_ends_on_the_processor),
@@ -24,6 +25,9 @@ f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
 const SCENE: &str = r#"{"format": "rest3d-scene", "version": 1, "name": "boxes", "objects": [
     {"name": "table", "mesh": "cube.obj", "position": [0, 0.27, 0], "scale": [1, 0.5, 0.6], "parent": "ground"},
     {"name": "box", "mesh": "cube.obj", "position": [0, 0.6, 0], "scale": [0.2, 0.2, 0.2], "parent": "table"}]}"#;
+
+/// The adapter counts as faster than the processor.
+const FAST: (&str, &str) = ("REST3D_GPU_PROBE_FAULT", "fast");
 
 struct Case(tempfile::TempDir);
 
@@ -62,7 +66,7 @@ fn taken(device: &Device) -> (&'static str, String) {
 fn takes_an_adapter_that_passes(device: &Device) -> Result<(), Failed> {
     let case = Case::new()?;
     let (variable, kind) = taken(device);
-    let first = case.optimize("first", &[], &[(variable, &kind)])?;
+    let first = case.optimize("first", &[], &[(variable, &kind), FAST])?;
     let second = case.optimize("second", &[], &[(variable, &kind)])?;
     let tested = [&first, &second].map(|said| said.contains("testing "));
     if tested != [true, false] || ![&first, &second].iter().all(|said| said.contains("backend: GPU, ")) {
@@ -72,6 +76,19 @@ fn takes_an_adapter_that_passes(device: &Device) -> Result<(), Failed> {
     let times = report["kernels_ms"].as_object().map_or(0, serde_json::Map::len);
     if report["backend"].as_str().is_none_or(|name| !name.starts_with("GPU")) || (times > 0) != device.gpu.has_times() {
         return Err(format!("{} {times}", report["backend"]).into());
+    }
+    Ok(())
+}
+
+/// And remembers that it is slow.
+fn does_not_take_a_slow_adapter(device: &Device) -> Result<(), Failed> {
+    let case = Case::new()?;
+    let (variable, kind) = taken(device);
+    for variables in [&[(variable, kind.as_str()), ("REST3D_GPU_PROBE_FAULT", "slow")][..], &[(variable, &kind)]] {
+        let said = case.optimize("out", &[], variables)?;
+        if !said.contains("backend: CPU") || !said.contains("would take 2.0 times as long for 16 candidates") {
+            return Err(said.into());
+        }
     }
     Ok(())
 }

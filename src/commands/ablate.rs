@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let files = ["ablation.json", "ablation.md"].map(|name| args.output.join(name));
     output::check_places(&files, &args.output.join("runs"))?;
     output::check_writable(&args.output)?;
-    let backend = args.backend.open()?.backend;
+    let backend = args.backend.open(config.candidates())?.backend;
     let subjects: Result<Vec<Subject>, Failure> = (args.scenes.iter().enumerate())
         .map(|(i, path)| {
             say(format_args!("scene {}/{}: {}", i + 1, args.scenes.len(), path.display()));

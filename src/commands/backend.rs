@@ -2,6 +2,7 @@
 
 use super::{Failure, probe, say};
 use clap::ValueEnum;
+use rest3d_gpu::bench::Speed;
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::gpu::{AdapterChoice, AdapterKind, AdapterReport, GpuBackend, GpuError, Options};
 use rest3d_gpu::world::{Backend, BackendError};
@@ -31,7 +32,7 @@ pub struct BackendArgs {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Choice {
-    /// A graphics card that passes a short test, else the CPU
+    /// A graphics card that passes a short test and is faster, else the CPU
     Auto,
     Gpu,
     Cpu,
@@ -78,8 +79,8 @@ impl Spares {
 }
 
 impl BackendArgs {
-    /// Opens the backend. `--threads` also holds for the making of shapes.
-    pub fn open(&self) -> Result<Opened, Failure> {
+    /// Opens the backend for so many candidates at a time. `--threads` also holds for the making of shapes.
+    pub fn open(&self, candidates: u32) -> Result<Opened, Failure> {
         // 0: as many as there are cores.
         let threads = self.threads.unwrap_or(0) as usize;
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| {
@@ -92,7 +93,7 @@ impl BackendArgs {
             (Choice::Cpu, None) => Ok(cpu()),
             (Choice::Gpu, choice) => wanted(choice.as_ref().unwrap_or(&AdapterChoice::Auto)),
             (Choice::Auto, Some(choice)) => wanted(choice),
-            (Choice::Auto, None) => Ok(best()),
+            (Choice::Auto, None) => Ok(best(candidates)),
         }
     }
 }
@@ -121,11 +122,19 @@ fn wanted(choice: &AdapterChoice) -> Result<Opened, Failure> {
     })
 }
 
-/// The best graphics card that can be trusted, else the processor and why.
-fn best() -> Opened {
+/// The best graphics card that can be trusted, if it is faster with so many candidates at a time; else the processor and why.
+fn best(candidates: u32) -> Opened {
     let opened = card().and_then(|adapter| {
-        probe::test(&adapter).map_err(|problem| format!("{}: {problem}", adapter.name))?;
-        gpu(&AdapterChoice::Index(adapter.index)).map_err(|error| error.to_string())
+        let name = &adapter.name;
+        let speeds = probe::test(&adapter).map_err(|problem| format!("{name}: {problem}"))?;
+        match Speed::of(&speeds, candidates) {
+            Some(speed) if speed.card < speed.processor => Err(format!(
+                "{name} would take {:.1} times as long for {candidates} candidates at a time; --backend gpu takes it all \
+                 the same",
+                speed.processor / speed.card
+            )),
+            _ => gpu(&AdapterChoice::Index(adapter.index)).map_err(|error| error.to_string()),
+        }
     });
     opened.unwrap_or_else(|reason| {
         say(format_args!("backend: {} ({reason})", CpuBackend.describe()));

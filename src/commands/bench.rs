@@ -52,7 +52,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "{SHIPPED_SCENE}: not found; name a scene, or call from the project's folder, where the default scene is"
         )));
     }
-    let backend = args.backend.open()?.backend;
+    let candidates = args.candidates.unwrap_or(if args.sweep { 16384 } else { 512 });
+    let backend = args.backend.open(candidates)?.backend;
     let scene = Scene::read(&args.scene)?;
     for warning in &scene.warnings {
         say(format_args!("warning: {warning}"));
@@ -64,7 +65,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::check_writable(output::parent(&file))?;
     }
     let subject = Subject::new(&scene, &shapes::make(&scene)?);
-    let candidates = args.candidates.unwrap_or(if args.sweep { 16384 } else { 512 });
     let effort = Effort { candidates, seed: args.seed, seconds: args.seconds };
     if !args.sweep {
         let measured = measure(backend.as_ref(), &subject.world(), &SimSettings::default(), effort, &mut told)?;

@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             args.scenes.len()
         )));
     }
-    let backend = args.backend.open()?.backend;
+    let backend = args.backend.open(1)?.backend;
     let detection = match (&args.masks, &args.true_masks) {
         (Some(masks), Some(truth)) => {
             Some(metrics::detection(masks, truth).map_err(|error| Failure::Input(error.to_string()))?)

@@ -60,7 +60,7 @@ pub struct Args {
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = config::load(&args.config, args.candidates, args.iterations)?;
-    let Opened { backend, mut spares, adapter } = args.backend.open()?;
+    let Opened { backend, mut spares, adapter } = args.backend.open(config.candidates())?;
     let mut scene = Scene::read(&args.scene)?;
     for warning in &scene.warnings {
         say(format_args!("warning: {warning}"));

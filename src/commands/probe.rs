@@ -3,6 +3,7 @@
 //! The child is this program again, with a hidden subcommand; its answer is one JSON object on stdout.
 
 use super::{Failure, print_result, say};
+use rest3d_gpu::bench::{Speed, contest};
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::files::write_whole;
 use rest3d_gpu::gpu::{AdapterChoice, AdapterReport, GpuBackend, Options, adapters, identity, self_test};
@@ -21,7 +22,7 @@ const LISTING_SECONDS: u64 = 20;
 const TEST_SECONDS: u64 = 120;
 
 /// Environment variables for tests: a time limit in place of these, s, and what the child does wrong: `crash`, `hang`, or
-/// `wrong`, a self-test that fails.
+/// `wrong`, a self-test that fails; with `fast` and `slow` it does not measure how fast the adapter is.
 const SECONDS: &str = "REST3D_GPU_PROBE_SECONDS";
 const FAULT: &str = "REST3D_GPU_PROBE_FAULT";
 
@@ -46,6 +47,8 @@ pub struct Verdict {
     pub problem: Option<String>,
     /// Until all kernels were compiled and the test was done.
     pub seconds: f64,
+    /// How fast it is beside the processor, if the test was passed.
+    pub speeds: Vec<Speed>,
 }
 
 /// Runs the child.
@@ -61,13 +64,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Some(number) = args.test else { return print_result(true, &Listing { adapters: adapters() }, &"") };
     let clock = Instant::now();
     let options = Options { adapter: AdapterChoice::Index(number), cache: cache(), ..Options::default() };
-    let tested = match fault.as_str() {
-        "wrong" => Err("a fault for tests".into()),
-        _ => GpuBackend::open_with(&options)
-            .map_err(|error| error.to_string())
-            .and_then(|backend| self_test(&backend, &CpuBackend)),
+    let test = || -> Result<(f64, Vec<Speed>), String> {
+        if fault == "wrong" {
+            return Err("a fault for tests".into());
+        }
+        let backend = GpuBackend::open_with(&options).map_err(|error| error.to_string())?;
+        self_test(&backend, &CpuBackend)?;
+        let seconds = clock.elapsed().as_secs_f64();
+        let speeds = match fault.as_str() {
+            "fast" => vec![Speed { candidates: 1, card: 2.0, processor: 1.0 }],
+            "slow" => vec![Speed { candidates: 1, card: 1.0, processor: 2.0 }],
+            _ => contest(&backend, &CpuBackend).map_err(|error| error.to_string())?,
+        };
+        Ok((seconds, speeds))
     };
-    let verdict = Verdict { problem: tested.err(), seconds: clock.elapsed().as_secs_f64() };
+    let verdict = match test() {
+        Ok((seconds, speeds)) => Verdict { problem: None, seconds, speeds },
+        Err(problem) => Verdict { problem: Some(problem), seconds: clock.elapsed().as_secs_f64(), speeds: Vec::new() },
+    };
     print_result(true, &verdict, &"")
 }
 
@@ -76,25 +90,27 @@ pub fn list() -> Result<Vec<AdapterReport>, String> {
     ask::<Listing>(&["probe"], LISTING_SECONDS).map(|listing| listing.adapters)
 }
 
-/// Has an adapter tested, if it was not with this driver and this version.
-pub fn test(adapter: &AdapterReport) -> Result<(), String> {
+/// Has an adapter tested, if it was not with this driver and this version. Tells how fast it is beside the processor.
+pub fn test(adapter: &AdapterReport) -> Result<Vec<Speed>, String> {
     let passed = cache().map(|folder| {
         let AdapterReport { name, api, driver, .. } = adapter;
         folder.join(format!("{}.passed", identity(&[name, api, driver])))
     });
-    if passed.as_ref().is_some_and(|file| file.exists()) {
-        return Ok(());
+    let known = passed.as_ref().and_then(|file| std::fs::read(file).ok());
+    if let Some(speeds) = known.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+        return Ok(speeds);
     }
     say(format_args!("testing {} once", adapter.name));
-    if let Some(problem) = verdict(adapter)?.problem {
+    let verdict = verdict(adapter)?;
+    if let Some(problem) = verdict.problem {
         return Err(problem);
     }
-    if let Some(file) = passed {
+    if let (Some(file), Ok(text)) = (passed, serde_json::to_vec(&verdict.speeds)) {
         // Where that cannot be remembered, the next run tests again.
         let folder = file.parent().unwrap_or(&file);
-        let _ = std::fs::create_dir_all(folder).and_then(|()| write_whole(&file, adapter.name.as_bytes()));
+        let _ = std::fs::create_dir_all(folder).and_then(|()| write_whole(&file, &text));
     }
-    Ok(())
+    Ok(verdict.speeds)
 }
 
 /// Tests an adapter, whatever is known of it.

@@ -44,7 +44,7 @@ pub struct Args {
 
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let backend = args.backend.open()?.backend;
+    let backend = args.backend.open(1)?.backend;
     let mut scene = Scene::read(&args.scene)?;
     for warning in &scene.warnings {
         say(format_args!("warning: {warning}"));

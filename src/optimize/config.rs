@@ -43,6 +43,11 @@ pub struct Config {
 }
 
 impl Config {
+    /// How many candidates a search simulates at a time, at most.
+    pub fn candidates(&self) -> u32 {
+        self.local.candidates.max(self.global.candidates)
+    }
+
     /// The simulation that settles and checks the result: the candidates', at no less than the paper's resolution.
     pub(super) fn fine(&self) -> SimSettings {
         let paper = SimSettings::default();
