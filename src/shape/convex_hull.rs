@@ -184,4 +184,20 @@ mod tests {
             assert!((volume(&hull) / f64::from(size.element_product()) - 1.0).abs() < 1e-3, "{size}");
         }
     }
+
+    /// Plates of 2 m and 1.9 mm with many points in either face, turned out of their axes.
+    #[test]
+    fn thin_plates_keep_their_volume() {
+        for (across, turn) in (2..14).flat_map(|across| (0..20).map(move |turn| (across, turn as f32))) {
+            let size = Vec3::new(2.0, 1.9e-3, 2.0);
+            let along = 2 + turn as usize % 13;
+            let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3 * turn, 0.7 + 0.1 * turn, 0.37 * turn);
+            let rows = (0..=across).flat_map(|i| (0..=along).flat_map(move |k| [(i, 0.0, k), (i, 1.0, k)]));
+            let at = |(i, y, k)| Vec3::new(i as f32 / across as f32, y, k as f32 / along as f32) - 0.5;
+            let points: Vec<Vec3> = rows.map(|row| turn * (size * at(row))).collect();
+            let hull = solid_hull(&points).expect("a plate has a hull");
+            let off = (volume(&hull) / f64::from(size.element_product()) - 1.0).abs();
+            assert!(off < 1e-3, "{across} by {along}, {turn}: off by {off}");
+        }
+    }
 }
