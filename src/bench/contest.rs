@@ -10,7 +10,7 @@ const CANDIDATES: [u32; 2] = [64, 512];
 /// Steps of a run: in the first ones there is most to solve.
 const STEPS: u32 = 10;
 /// How long each is measured at least, s.
-const SECONDS: f64 = 0.1;
+const SECONDS: f64 = 0.25;
 
 /// Candidates a second, of two backends with so many candidates at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
