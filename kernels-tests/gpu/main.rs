@@ -34,6 +34,7 @@ mod startup;
 mod stats;
 mod times;
 mod touching;
+mod waves;
 mod whole;
 
 use fixture::Device;
@@ -74,6 +75,7 @@ fn main() -> ExitCode {
         stats::TESTS,
         simulation::TESTS,
         solver::TESTS,
+        waves::TESTS,
         boxes::TESTS,
         hull_pairs::TESTS,
         depth::TESTS,

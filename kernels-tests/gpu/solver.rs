@@ -93,11 +93,11 @@ fn world() -> World {
 
 /// A candidate before a substep or after it.
 #[derive(Clone)]
-struct State {
-    poses: Vec<Pose>,
-    velocities: Vec<Velocity>,
-    patches: Vec<GpuPatch>,
-    contacts: Vec<GpuContact>,
+pub struct State {
+    pub poses: Vec<Pose>,
+    pub velocities: Vec<Velocity>,
+    pub patches: Vec<GpuPatch>,
+    pub contacts: Vec<GpuContact>,
 }
 
 impl State {
@@ -133,7 +133,7 @@ fn states(world: &World, settings: &SimSettings) -> Result<Vec<[State; 2]>, Fail
 }
 
 /// The same after so many steps each, from where the bodies are within `spread` (m) of the world's start.
-fn states_after(
+pub fn states_after(
     world: &World,
     settings: &SimSettings,
     spread: f32,
@@ -175,7 +175,7 @@ fn states_after(
 }
 
 /// Tables of a batch in which state follows state, and again from the first.
-struct Tables {
+pub struct Tables {
     poses: Vec<Pose>,
     velocities: Vec<Velocity>,
     counts: Vec<u32>,
@@ -184,7 +184,7 @@ struct Tables {
 }
 
 impl Tables {
-    fn new(world: &World, states: &[State], candidates: u32) -> Self {
+    pub fn new(world: &World, states: &[State], candidates: u32) -> Self {
         let slots = world.capacities.contacts as usize;
         let mut tables = Self {
             poses: Vec::new(),
@@ -207,7 +207,7 @@ impl Tables {
 }
 
 /// Runs a substep in tables of the given parity; compares with what is expected, if anything.
-fn solved(
+pub fn solved(
     device: &Device,
     how: (&World, &Sim, usize, Way),
     before: &Tables,

@@ -307,12 +307,22 @@ fn the_self_test_passes(device: &Device) -> Result<(), Failed> {
 /// A backend that does one thing wrong.
 struct Wrong(fn(&mut SimSettings), fn(&mut SearchSettings));
 
-const WRONGS: [Wrong; 5] = [
+const WRONGS: [Wrong; 6] = [
     Wrong(|s| s.friction = 0.0, |_| ()),
+    Wrong(|s| s.friction *= 0.95, |_| ()),
     Wrong(|s| s.position_iterations = 1, |_| ()),
     Wrong(|_| (), |s| s.cem.translation_std[0] *= 1.1),
     Wrong(|_| (), |s| s.energy.layout *= 1.2),
     Wrong(|_| (), |s| s.cem.elite_fraction = 0.5),
+];
+
+/// As much as a card may be off that rounds otherwise, in every step.
+const RIGHTS: [Wrong; 5] = [
+    Wrong(|_| (), |_| ()),
+    Wrong(|s| s.gravity *= 1.0 + 5e-7, |_| ()),
+    Wrong(|s| s.gravity *= 1.0 - 5e-7, |_| ()),
+    Wrong(|s| s.friction *= 1.0 + 5e-7, |_| ()),
+    Wrong(|s| s.max_push_out *= 1.0 - 5e-7, |_| ()),
 ];
 
 impl Backend for Wrong {
@@ -355,5 +365,8 @@ fn the_self_test_sees_what_is_wrong(_: &Device) -> Result<(), Failed> {
             return Err(format!("fault {number} goes unseen").into());
         }
     }
-    Ok(self_test(&Wrong(|_| (), |_| ()), &CpuBackend)?)
+    for other in RIGHTS {
+        self_test(&other, &CpuBackend)?;
+    }
+    Ok(())
 }

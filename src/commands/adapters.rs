@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Ok(found) => (found, None),
         Err(problem) => (Vec::new(), Some(problem)),
     };
-    let tested = |adapter: &AdapterReport| match probe::verdict(adapter) {
+    let tested = |adapter: &AdapterReport| match probe::verdict(adapter, 0) {
         Ok(probe::Verdict { problem: None, seconds, speeds }) => passed(seconds, &speeds),
         Ok(probe::Verdict { problem: Some(problem), .. }) | Err(problem) => format!("failed the test: {problem}"),
     };

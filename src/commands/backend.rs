@@ -93,7 +93,7 @@ impl BackendArgs {
             (Choice::Cpu, None) => Ok(cpu()),
             (Choice::Gpu, choice) => wanted(choice.as_ref().unwrap_or(&AdapterChoice::Auto)),
             (Choice::Auto, Some(choice)) => wanted(choice),
-            (Choice::Auto, None) => Ok(best(candidates, self.threads)),
+            (Choice::Auto, None) => Ok(best(candidates, rayon::current_num_threads())),
         }
     }
 }
@@ -122,19 +122,18 @@ fn wanted(choice: &AdapterChoice) -> Result<Opened, Failure> {
     })
 }
 
-/// The best graphics card that can be trusted, if it is faster with so many candidates at a time than so many threads; else the
-/// processor and why.
-fn best(candidates: u32, threads: Option<u32>) -> Opened {
+/// The best graphics card that can be trusted, if it is faster than so many threads with about so many candidates at a time;
+/// else the processor and why.
+fn best(candidates: u32, threads: usize) -> Opened {
     let opened = card().and_then(|adapter| {
         let name = &adapter.name;
-        let speeds = probe::test(&adapter).map_err(|problem| format!("{name}: {problem}"))?;
-        // The speeds are those of all cores.
-        let cores = std::thread::available_parallelism().map_or(1, usize::from) as f64;
-        let share = threads.map_or(1.0, |threads| (f64::from(threads) / cores).min(1.0));
-        match Speed::of(&speeds, candidates).map(|speed| share * speed.processor / speed.card) {
-            Some(slower) if slower > 1.0 => Err(format!(
-                "{name} would take {slower:.1} times as long for {candidates} candidates at a time; --backend gpu takes it all \
-                 the same"
+        let speeds = probe::test(&adapter, threads).map_err(|problem| format!("{name}: {problem}"))?;
+        match Speed::of(&speeds, candidates) {
+            Some(speed) if speed.processor > 1.05 * speed.card => Err(format!(
+                "{name} takes {:.1} times as long as {threads} threads with {} candidates at a time; --backend gpu takes it all \
+                 the same",
+                speed.processor / speed.card,
+                speed.candidates
             )),
             _ => gpu(&AdapterChoice::Index(adapter.index)).map_err(|error| error.to_string()),
         }

@@ -32,6 +32,9 @@ pub struct Args {
     /// Run the self-test on the adapter of this number
     #[arg(long, value_name = "NUMBER")]
     test: Option<usize>,
+    /// Beside so many threads
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
 }
 
 /// The child's answer.
@@ -74,7 +77,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let speeds = match fault.as_str() {
             "fast" => vec![Speed { candidates: 1, card: 2.0, processor: 1.0 }],
             "slow" => vec![Speed { candidates: 1, card: 1.0, processor: 2.0 }],
-            _ => contest(&backend, &CpuBackend).map_err(|error| error.to_string())?,
+            _ => {
+                rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global().map_err(|e| e.to_string())?;
+                contest(&backend, &CpuBackend).map_err(|error| format!("its speed cannot be measured: {error}"))?
+            }
         };
         Ok((seconds, speeds))
     };
@@ -90,18 +96,19 @@ pub fn list() -> Result<Vec<AdapterReport>, String> {
     ask::<Listing>(&["probe"], LISTING_SECONDS).map(|listing| listing.adapters)
 }
 
-/// Has an adapter tested, if it was not with this driver and this version. Tells how fast it is beside the processor.
-pub fn test(adapter: &AdapterReport) -> Result<Vec<Speed>, String> {
+/// Has an adapter tested, if it was not with this driver and this version. Tells how fast it is beside so many threads.
+pub fn test(adapter: &AdapterReport, threads: usize) -> Result<Vec<Speed>, String> {
     let passed = cache().map(|folder| {
         let AdapterReport { name, api, driver, .. } = adapter;
-        folder.join(format!("{}.passed", identity(&[name, api, driver])))
+        folder.join(format!("{}.passed", identity(&[name, api, driver, &threads.to_string()])))
     });
     let known = passed.as_ref().and_then(|file| std::fs::read(file).ok());
-    if let Some(speeds) = known.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+    let speeds: Vec<Speed> = known.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default();
+    if !speeds.is_empty() && speeds.iter().all(Speed::is_sound) {
         return Ok(speeds);
     }
     say(format_args!("testing {} once", adapter.name));
-    let verdict = verdict(adapter)?;
+    let verdict = verdict(adapter, threads)?;
     if let Some(problem) = verdict.problem {
         return Err(problem);
     }
@@ -113,9 +120,9 @@ pub fn test(adapter: &AdapterReport) -> Result<Vec<Speed>, String> {
     Ok(verdict.speeds)
 }
 
-/// Tests an adapter, whatever is known of it.
-pub fn verdict(adapter: &AdapterReport) -> Result<Verdict, String> {
-    ask(&["probe", "--test", &adapter.index.to_string()], TEST_SECONDS)
+/// Tests an adapter, whatever is known of it, beside so many threads; 0: as many as there are cores.
+pub fn verdict(adapter: &AdapterReport, threads: usize) -> Result<Verdict, String> {
+    ask(&["probe", "--test", &adapter.index.to_string(), "--threads", &threads.to_string()], TEST_SECONDS)
 }
 
 /// Where compiled kernels and passed tests are kept.

@@ -358,6 +358,12 @@ impl Gpu {
         &self.report
     }
 
+    /// True if a candidate can be solved by a workgroup: DirectX's older compiler refuses barriers in loops whose end it does not
+    /// know.
+    pub fn has_waves(&self) -> bool {
+        self.report.api != "Dx12"
+    }
+
     /// How often all loops of an invocation together may go round.
     pub fn loops(&self) -> u32 {
         if self.report.kind == AdapterKind::Software { SOFTWARE_LOOPS } else { u32::MAX }

@@ -53,10 +53,14 @@ impl Access {
     }
 }
 
+/// Kernels that adapters without `Gpu::has_waves` refuse and never run.
+const WAVES: [&str; 2] = ["solve_near", "solve_far"];
+
 /// A compiled shader.
 pub struct Kernel {
     shader: &'static Shader,
-    pipeline: wgpu::ComputePipeline,
+    /// None if it is one of `WAVES` and the adapter refuses these.
+    pipeline: Option<wgpu::ComputePipeline>,
     layout: wgpu::BindGroupLayout,
 }
 
@@ -64,7 +68,7 @@ pub struct Kernel {
 pub struct Step {
     /// Name of the kernel.
     pub name: &'static str,
-    pipeline: wgpu::ComputePipeline,
+    pipeline: Option<wgpu::ComputePipeline>,
     buffers: wgpu::BindGroup,
     workgroups: [u32; 2],
 }
@@ -101,17 +105,20 @@ impl Kernel {
             bind_group_layouts: &[Some(&layout)],
             ..Default::default()
         });
-        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label,
-            layout: Some(&pipeline_layout),
-            module: &module(gpu, shader),
-            entry_point: Some("main"),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                zero_initialize_workgroup_memory: false,
-                ..Default::default()
-            },
-            cache: gpu.pipelines.as_ref().map(|pipelines| &pipelines.cache),
-        });
+        let compile = || {
+            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label,
+                layout: Some(&pipeline_layout),
+                module: &module(gpu, shader),
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    zero_initialize_workgroup_memory: false,
+                    ..Default::default()
+                },
+                cache: gpu.pipelines.as_ref().map(|pipelines| &pipelines.cache),
+            })
+        };
+        let pipeline = (gpu.has_waves() || !WAVES.contains(&shader.name)).then(compile);
         match pollster::block_on(errors.pop()) {
             Some(error) => Err(GpuError::Device(format!("kernel `{}`: {error}", shader.name))),
             None => Ok(Self { shader, pipeline, layout }),
@@ -143,8 +150,8 @@ impl Kernel {
 impl Step {
     /// Runs it in a pass.
     pub(super) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>) {
-        let [x, y] = self.workgroups;
-        pass.set_pipeline(&self.pipeline);
+        let ([x, y], Some(pipeline)) = (self.workgroups, &self.pipeline) else { return };
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &self.buffers, &[]);
         pass.dispatch_workgroups(x, y, 1);
     }

@@ -25,11 +25,10 @@ pub enum Way {
 }
 
 impl Way {
-    /// The faster one of those that this adapter can go. DirectX's older compiler refuses barriers in loops whose end it does
-    /// not know.
+    /// The faster one of those that this adapter can go.
     pub fn best(gpu: &Gpu) -> Self {
-        let report = gpu.report();
-        if report.kind == AdapterKind::Software || report.api == "Dx12" { Self::Candidates } else { Self::Waves }
+        let is_card = gpu.report().kind != AdapterKind::Software;
+        if is_card && gpu.has_waves() { Self::Waves } else { Self::Candidates }
     }
 }
 
