@@ -133,7 +133,7 @@ fn states(world: &World, settings: &SimSettings) -> Result<Vec<[State; 2]>, Fail
 }
 
 /// The same after so many steps each, from where the bodies are within `spread` (m) of the world's start.
-pub fn states_after(
+fn states_after(
     world: &World,
     settings: &SimSettings,
     spread: f32,
@@ -172,6 +172,20 @@ pub fn states_after(
         return Err(format!("only {} states are well posed", kept.len()).into());
     }
     Ok(kept)
+}
+
+/// A candidate before each of its first substeps.
+pub fn course(world: &World, settings: &SimSettings, substeps: usize) -> Vec<State> {
+    let narrow = Separator::new(settings.narrow_phase, &world.hulls);
+    let mut group = Group::new(world, 1);
+    group.start(&world.start);
+    let mut next = || {
+        group.collide(world, settings, &narrow);
+        let state = State::of(&group.candidates()[0]);
+        group.solve(world, settings);
+        state
+    };
+    (0..substeps).map(|_| next()).collect()
 }
 
 /// Tables of a batch in which state follows state, and again from the first.

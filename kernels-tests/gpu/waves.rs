@@ -2,7 +2,7 @@
 
 use super::Test;
 use super::fixture::Device;
-use super::solver::{State, Tables, solved, states_after};
+use super::solver::{State, Tables, course, solved};
 use crate::common::{Scenario, any};
 use glam::{EulerRot, Quat, Vec3};
 use libtest_mimic::Failed;
@@ -63,8 +63,9 @@ fn end_where_solve_ends(device: &Device) -> Result<(), Failed> {
     for (bodies, fixed) in [(20, 0), (31, 2), (32, 2)] {
         let world = heap(bodies, fixed);
         let sim = Sim { loops: device.gpu.loops(), ..Sim::new(&settings, world.capacities) };
-        let whole = states_after(&world, &settings, 0.0, 1..5)?.into_iter().map(|[before, _]| before);
-        let states: Vec<State> = whole
+        let states: Vec<State> = course(&world, &settings, 16)
+            .into_iter()
+            .step_by(5)
             .flat_map(|state| {
                 let patches = [0, 1, 31, 32, 33, 63, 64, 65].map(|patches| cut(&state, patches, None));
                 let points = [127, 128, 129].map(|points| cut(&state, 32, Some(points)));
