@@ -11,16 +11,14 @@ use rest3d_gpu::world::{SimSettings, World};
 
 pub const TESTS: &[Test] = &[("waves::end_where_solve_ends_at_every_limit", end_where_solve_ends)];
 
-/// So many come first and touch nothing: the first patches are between bodies of other invocations than their own.
-const ALOFT: usize = 8;
-
-/// A heap of so many boxes, heavy and light, a few of them fixed.
-fn heap(bodies: usize, fixed: usize) -> World {
+/// So many boxes, heavy and light. The first `aloft` touch nothing, so that the first patches are between bodies of other
+/// invocations than their own; the others lie in a heap, a few of them fixed.
+fn heap(bodies: usize, aloft: usize, fixed: usize) -> World {
     let mut scenario = Scenario::default();
-    for i in 0..ALOFT {
+    for i in 0..aloft {
         scenario.cuboid(Vec3::splat(0.1), 1.0, Vec3::new(5.0 * i as f32, 3.0, 9.0), Quat::from_rotation_x(i as f32));
     }
-    for i in 0..bodies - ALOFT {
+    for i in 0..bodies - aloft {
         let noise = |which: usize| any(bodies * 100 + i, which);
         let cell = Vec3::new((i % 3) as f32, (i / 9) as f32 + 0.5, (i / 3 % 3) as f32);
         let at = 0.195 * cell + 0.005 * Vec3::new(noise(1), noise(2), noise(3));
@@ -60,8 +58,8 @@ fn cut(state: &State, patches: usize, points: Option<usize>) -> Option<State> {
 fn end_where_solve_ends(device: &Device) -> Result<(), Failed> {
     let settings = SimSettings { velocity_iterations: 2, friction: 0.7, ..Default::default() };
     let mut seen = Vec::new();
-    for (bodies, fixed) in [(20, 0), (31, 2), (32, 2)] {
-        let world = heap(bodies, fixed);
+    for (bodies, aloft, fixed) in [(20, 8, 0), (31, 8, 2), (32, 8, 2), (32, 26, 0)] {
+        let world = heap(bodies, aloft, fixed);
         let sim = Sim { loops: device.gpu.loops(), ..Sim::new(&settings, world.capacities) };
         let states: Vec<State> = course(&world, &settings, 16)
             .into_iter()
