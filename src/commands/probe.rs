@@ -67,7 +67,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Some(number) = args.test else { return print_result(true, &Listing { adapters: adapters() }, &"") };
     let clock = Instant::now();
     let options = Options { adapter: AdapterChoice::Index(number), cache: cache(), ..Options::default() };
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global();
     let test = || -> Result<(f64, Vec<Speed>), String> {
+        threads.map_err(|error| error.to_string())?;
         if fault == "wrong" {
             return Err("a fault for tests".into());
         }
@@ -77,10 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let speeds = match fault.as_str() {
             "fast" => vec![Speed { candidates: 1, card: 2.0, processor: 1.0 }],
             "slow" => vec![Speed { candidates: 1, card: 1.0, processor: 2.0 }],
-            _ => {
-                rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global().map_err(|e| e.to_string())?;
-                contest(&backend, &CpuBackend).map_err(|error| format!("its speed cannot be measured: {error}"))?
-            }
+            _ => contest(&backend, &CpuBackend).map_err(|error| format!("its speed cannot be measured: {error}"))?,
         };
         Ok((seconds, speeds))
     };
