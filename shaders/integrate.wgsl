@@ -71,11 +71,6 @@ struct End {
     spin: vec3<f32>,
 }
 
-// What a body's frame has, in the world.
-fn from_frame(axes: Axes, v: vec3<f32>) -> vec3<f32> {
-    return vec3(dot(axes.x, v), dot(axes.y, v), dot(axes.z, v));
-}
-
 fn end_of_compact(spin: vec3<f32>, turn: vec3<f32>, old: vec4<f32>, inverse_inertia: vec3<f32>) -> End {
     let momentum = rotate(old, rotate(conjugate(old), spin) / inverse_inertia);
     let ahead = spin_at(turned(old, turn), momentum, inverse_inertia);
@@ -109,7 +104,7 @@ fn all_finite(v: vec3<f32>) -> bool {
 // Where a contact is at rest after a substep: deeper if it was pressed hard, and ever deeper if it is one of the `points` of a
 // face.
 fn yielded(gap: Gap, points: u32) -> f32 {
-    let pressed = min(gap.rest, gap.start + RESTING_DEPTH);
+    let pressed = min(gap.rest, gap.found + RESTING_DEPTH);
     let sunk = select(pressed, pressed - RESTING_RATE * sim.substep, points > MAX_EDGE_POINTS);
     return max(sunk, -RESTING_DEPTH);
 }
@@ -140,12 +135,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let inverse_inertia = bodies[body].inverse_inertia;
         let old = poses[i].rotation;
         let at = poses[i].translation + state.shift;
-        let most = max(inverse_inertia.x, max(inverse_inertia.y, inverse_inertia.z));
-        let least = min(inverse_inertia.x, min(inverse_inertia.y, inverse_inertia.z));
         let spin = from_frame(frame, state.spin);
         let turn = from_frame(frame, state.turn);
         var end: End;
-        if (most > SLENDER_INERTIA_RATIO * least) {
+        if (is_slender(inverse_inertia)) {
             end = end_of_slender(velocities[i].angular, spin, turn, old, inverse_inertia, state.touched);
         } else {
             end = end_of_compact(spin, turn, old, inverse_inertia);

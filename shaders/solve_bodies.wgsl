@@ -32,7 +32,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let root = sqrt(inverse_inertia);
         state.linear = velocities[i].linear;
         state.inverse_mass = bodies[body].inverse_mass;
-        frame = Axes(root * back[0], root * back[1], root * back[2]);
+        let round = round_axes(inverse_inertia);
+        frame = Axes(root * back[0], round.x, root * back[1], round.y, root * back[2], round.z);
         if (state.inverse_mass > 0.0) {
             state.spin = times(matrix_of(frame), velocities[i].angular) / inverse_inertia;
         }

@@ -19,7 +19,7 @@
 @group(0) @binding(7) var<storage, read> contacts: array<Contact>;
 @group(0) @binding(8) var<storage, read_write> frictions: array<Friction>;
 @group(0) @binding(9) var<storage, read_write> normals: array<Normal>;
-@group(0) @binding(10) var<storage, read_write> arms: array<Arms>;
+@group(0) @binding(10) var<storage, read_write> levers: array<Levers>;
 @group(0) @binding(11) var<storage, read_write> gaps: array<Gap>;
 @group(0) @binding(12) var<storage, read_write> cursors: array<Cursor>;
 
@@ -69,9 +69,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         var friction = Friction();
         friction.u = tangent(at.normal);
         friction.v = cross(at.normal, friction.u);
-        let levers = Arms(center - origin_a, center - origin_b, vec3(0.0));
-        arms[candidate * rows + i] = levers;
-        aim_friction(&friction, levers, a, b, inverse_mass);
+        let center_arms = Arms(center - origin_a, center - origin_b);
+        levers[candidate * rows + i] = Levers(center_arms, vec3(0.0), vec3(0.0), vec3(0.0));
+        aim_friction(&friction, center_arms, a, b, inverse_mass);
         friction.twist_a = times(a, at.normal);
         friction.twist_b = times(b, at.normal);
         friction.mass_twist =
@@ -81,7 +81,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         friction.impulse_twist = at.twist;
         for (var k = 0u; k < at.count; k++) {
             let contact = contacts[first + turn_of(k, at.count)];
-            let row = row_along(contact.normal, contact.point - origin_a, contact.point - origin_b, a, b);
+            let arms = Arms(contact.point - origin_a, contact.point - origin_b);
+            let row = row_along(contact.normal, arms, a, b);
             let lever = distance(contact.point, center);
             let separation = contact.separation - sim.rest_offset;
             let met = clamp(separation, -RESTING_DEPTH, -LEAST_RESTING_DEPTH);
@@ -93,7 +94,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
             normal.lever = lever;
             normal.impulse = contact.impulse;
             normal.load = contact.load;
-            let gap = Gap(separation, select(met, contact.rest, contact.rest < 0.0));
+            let gap = Gap(arms, separation, separation, select(met, contact.rest, contact.rest < 0.0));
             aim(&normal, gap.start, gap.rest);
             normals[first + k] = normal;
             gaps[first + k] = gap;

@@ -15,8 +15,8 @@
 @group(0) @binding(6) var<storage, read_write> all_moving: array<Moving>;
 @group(0) @binding(7) var<storage, read_write> all_frictions: array<Friction>;
 @group(0) @binding(8) var<storage, read_write> all_normals: array<Normal>;
-@group(0) @binding(9) var<storage, read_write> arms: array<Arms>;
-@group(0) @binding(10) var<storage, read> gaps: array<Gap>;
+@group(0) @binding(9) var<storage, read_write> levers: array<Levers>;
+@group(0) @binding(10) var<storage, read_write> gaps: array<Gap>;
 @group(0) @binding(11) var<storage, read_write> cursors: array<Cursor>;
 
 #import waves

@@ -133,3 +133,74 @@ pub fn a_ball_rolls(backend: &dyn Backend) {
         assert!(slip < 0.01, "slips by {slip} of its speed");
     }
 }
+
+/// A prism rolls over its edges like a rimless wheel (T. McGeer, 1990): it pivots on one, and the next takes what the inelastic
+/// hit costs. Slow enough that it never leaves the slope.
+pub fn a_prism_rolls_over_its_edges(backend: &dyn Backend) {
+    const SIDES: usize = 32;
+    for (radius, degrees) in [(0.03f32, 7.0f32), (0.05, 8.0), (0.2, 15.0)] {
+        let edges: Vec<Vec3> = (0..SIDES)
+            .flat_map(|i| {
+                let (sin, cos) = (std::f32::consts::TAU * (i as f32 + 0.5) / SIDES as f32).sin_cos();
+                [-1.0, 1.0].map(|side| radius * Vec3::new(cos, sin, side))
+            })
+            .collect();
+        let half_side = std::f32::consts::PI / SIDES as f32;
+        let about_axis = radius * radius * (2.0 + (2.0 * half_side).cos()) / 6.0;
+        let across = 0.5 * about_axis + radius * radius / 3.0;
+        let inertia = Vec3::new(across, across, about_axis);
+        let exact = rimless_wheel(radius, half_side, about_axis, degrees.to_radians());
+        let s = on_slope(rising(degrees), vec![edges], 1.0, inertia, radius * half_side.cos());
+        for settings in both(backend, 60).map(undamped) {
+            let rolled = drift(backend, &s, &settings, 0).moved;
+            measured(&format!("prism of {radius} m rolled in 1 s at {degrees}°, m"), rolled, exact);
+            assert!(
+                (rolled - exact).abs() < 0.08 * exact,
+                "{radius} m, {degrees}°: rolled {rolled} m, expected {exact}"
+            );
+        }
+    }
+}
+
+/// How far the centre of a rimless wheel of 1 kg comes in 1 s from rest on a side, m.
+fn rimless_wheel(radius: f32, half_side: f32, inertia: f32, slope: f32) -> f32 {
+    const STEPS: u32 = 100_000;
+    let [radius, half_side, inertia, slope] = [radius, half_side, inertia, slope].map(f64::from);
+    let about_edge = inertia + radius * radius;
+    let h = 1.0 / f64::from(STEPS);
+    // The centre's angle about the edge, from the slope's normal.
+    let (mut angle, mut spin, mut come) = (-half_side, 0.0, 0.0);
+    for _ in 0..STEPS {
+        spin += h * 9.8 * radius * (angle + slope).sin() / about_edge;
+        angle += h * spin;
+        if angle >= half_side {
+            angle -= 2.0 * half_side;
+            spin *= (inertia + radius * radius * (2.0 * half_side).cos()) / about_edge;
+            come += 2.0 * radius * half_side.sin();
+        }
+    }
+    (come + radius * (angle.sin() + half_side.sin())) as f32
+}
+
+/// A block that falls over its edge is a pendulum upside down until it hits the ground.
+pub fn a_block_topples_like_a_pendulum(backend: &dyn Backend) {
+    const STEPS: u32 = 20;
+    let half = Vec3::new(0.02, 0.1, 0.05);
+    let aspect = half.x.atan2(half.y);
+    let size = half.x.hypot(half.y);
+    let start = 8f32.to_radians();
+    let (mut exact, mut spin) = (f64::from(start), 0.0);
+    for _ in 0..STEPS * 1000 {
+        let h = 1e-3 / 60.0;
+        spin += h * 0.75 * 9.8 / f64::from(size) * exact.sin();
+        exact += h * spin;
+    }
+    for settings in both(backend, STEPS).map(undamped) {
+        let turn = Quat::from_rotation_z(-aspect - start);
+        let mut s = Scenario::default();
+        s.cuboid(half, 1.0, turn * Vec3::new(-half.x, half.y, 0.0), turn);
+        let found = f64::from(start + drift(backend, &s, &settings, 0).turned);
+        measured("angle of a block that falls over, rad", found, exact);
+        assert!((found - exact).abs() < 0.01 * exact, "turned to {found} rad, expected {exact}");
+    }
+}

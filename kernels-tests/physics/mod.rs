@@ -87,6 +87,8 @@ macro_rules! physics_suite {
                 a_turned_overhang_tips_there_too,
                 a_lever_weighs_half_a_percent,
                 a_ball_rolls,
+                a_prism_rolls_over_its_edges,
+                a_block_topples_like_a_pendulum,
             ]
             landing: [
                 thin_things_come_to_lie_on_the_ground,

@@ -9,7 +9,9 @@
 #import aim
 #import constants
 #import batch
+#import cold
 #import contact
+#import follow
 #import sim
 #import solver
 
@@ -29,7 +31,7 @@ struct Share {
     moving: u32,
     slots: u32,
     rows: u32,
-    // First rows in what never is near at hand: `axes` and `free`, `patches` and `gaps`, `arms`.
+    // First rows in what never is near at hand: `axes` and `free`, `patches` and `gaps`, `levers`.
     far_moving: u32,
     far_slots: u32,
     far_rows: u32,
@@ -276,84 +278,39 @@ fn advance(share: Share, sweep: u32) {
     }
 }
 
-// Contacts where the bodies are now. Two free bodies that have moved past each other push at a common point again, half-way.
-// On something fixed a contact's points go with the body that moves.
+// Contacts where the bodies are now.
 fn locate(share: Share) {
     for (var p = share.lane; p < share.patches; p += share.lanes) {
         let link = link_at(share, p);
         let a = moving[share.moving + link.bodies.x];
         let b = moving[share.moving + link.bodies.y];
-        let axes_a = matrix_of(axes[share.far_moving + link.bodies.x]);
-        let axes_b = matrix_of(axes[share.far_moving + link.bodies.y]);
+        let axes_a = axes[share.far_moving + link.bodies.x];
+        let axes_b = axes[share.far_moving + link.bodies.y];
+        let motion = motion_of(a, b, axes_a, axes_b);
         let inverse_mass = a.inverse_mass + b.inverse_mass;
-        let passed = b.shift - a.shift;
-        let before = arms[share.far_rows + p];
-        let further = passed - before.passed;
-        let is_free = a.inverse_mass > 0.0 && b.inverse_mass > 0.0;
-        let follows = is_free && dot(further, further) >= ARM_TOLERANCE * ARM_TOLERANCE;
-        let by = 0.5 * further;
+        let before = levers[share.far_rows + p];
+        let follows = is_far(motion, before);
         if (follows) {
-            let after = Arms(before.a + by, before.b - by, passed);
-            arms[share.far_rows + p] = after;
+            levers[share.far_rows + p] = Levers(before.center, motion.passed, motion.rolled_a, motion.rolled_b);
             var friction = frictions[share.rows + p];
-            aim_friction(&friction, after, axes_a, axes_b, inverse_mass);
+            let center = arms_after(motion, before.center);
+            aim_friction(&friction, center, matrix_of(axes_a), matrix_of(axes_b), inverse_mass);
             frictions[share.rows + p] = friction;
         }
         for (var j = link.first; j < link.first + link.count; j++) {
             var n = normals[share.slots + j];
+            var separation = gaps[share.far_slots + j].start + moved(n, motion.passed, a, b);
             if (follows) {
-                let torque = cross(by, n.axis);
-                n.torque_a += times(axes_a, torque);
-                n.torque_b -= times(axes_b, torque);
-                n.mass = mass_of(Row(n.axis, n.torque_a, n.torque_b), inverse_mass);
+                let gap = gaps[share.far_slots + j];
+                let row = row_along(n.axis, arms_after(motion, gap.arms), matrix_of(axes_a), matrix_of(axes_b));
+                n.torque_a = row.torque_a;
+                n.torque_b = row.torque_b;
+                n.mass = mass_of(row, inverse_mass);
+                separation = gap.found + dot(n.axis, moved_by(motion, gap.arms));
+                gaps[share.far_slots + j].start = separation - moved(n, motion.passed, a, b);
             }
-            let gap = gaps[share.far_slots + j];
-            let moved = dot(n.axis, passed) + dot(n.torque_b, b.turn) - dot(n.torque_a, a.turn);
-            aim(&n, gap.start + moved, gap.rest);
+            aim(&n, separation, gaps[share.far_slots + j].rest);
             normals[share.slots + j] = n;
-        }
-    }
-}
-
-// True if the bodies have more kinetic energy than before the impulses of the small step.
-fn gains_energy(share: Share) -> bool {
-    var energy = 0.0;
-    var bound = 0.0;
-    for (var i = share.moving; i < share.moving + batch.bodies; i++) {
-        let body = moving[i];
-        if (body.inverse_mass == 0.0) {
-            continue;
-        }
-        energy += dot(body.linear, body.linear) / body.inverse_mass;
-        energy += dot(body.spin, body.spin);
-        bound += body.allowed;
-    }
-    return energy > bound;
-}
-
-// Takes the impulses of the small step back, and what they moved.
-fn start_cold(share: Share) {
-    for (var body = share.lane; body < batch.bodies; body += share.lanes) {
-        let i = share.moving + body;
-        if (moving[i].inverse_mass == 0.0) {
-            continue;
-        }
-        let before = free[share.far_moving + body];
-        moving[i].linear = before.linear;
-        moving[i].spin = before.spin;
-        moving[i].shift = before.shift;
-        moving[i].turn = before.turn;
-        moving[i].restless = ATTEMPT + MIN_PUSHING_SWEEPS - 1u;
-    }
-    for (var p = share.lane; p < share.patches; p += share.lanes) {
-        frictions[share.rows + p].impulse_u = 0.0;
-        frictions[share.rows + p].impulse_v = 0.0;
-        frictions[share.rows + p].impulse_twist = 0.0;
-        frictions[share.rows + p].limit = 0.0;
-        frictions[share.rows + p].twist_limit = 0.0;
-        let link = link_at(share, p);
-        for (var j = link.first; j < link.first + link.count; j++) {
-            normals[share.slots + j].impulse = 0.0;
         }
     }
 }

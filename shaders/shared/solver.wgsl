@@ -23,11 +23,15 @@ struct Moving {
 }
 
 // Columns of the matrix from the world to the body's principal axes at the substep's start, each scaled by the root of its
-// inverse moment of inertia. There a torque's arm is also what a unit impulse does to the spin.
+// inverse moment of inertia. There a torque's arm is also what a unit impulse does to the spin. And one for every axis of the
+// body about which it may turn in a substep and keep its inertia about as it is, nought for the others.
 struct Axes {
     x: vec3<f32>,
+    round_x: f32,
     y: vec3<f32>,
+    round_y: f32,
     z: vec3<f32>,
+    round_z: f32,
 }
 
 // Motion of a body before the impulses of the small step; as in `Moving`.
@@ -59,9 +63,21 @@ struct Normal {
     depth: u32,
 }
 
-// How far a contact point's surfaces are apart: at the substep's start less the rest offset, and at `Contact::rest`, m.
+// Lever arms on two bodies, m.
+struct Arms {
+    a: vec3<f32>,
+    b: vec3<f32>,
+}
+
+// How far a contact point's surfaces are apart, and its lever arms.
 struct Gap {
+    // At the substep's start.
+    arms: Arms,
+    // Separation less the rest offset at the substep's start, m.
+    found: f32,
+    // The same as the row has it, if the bodies were where they began the substep.
     start: f32,
+    // `Contact::rest`, m.
     rest: f32,
 }
 
@@ -91,12 +107,14 @@ struct Friction {
     twist_b: vec3<f32>,
 }
 
-// Lever arms of a patch's centre, m.
-struct Arms {
-    a: vec3<f32>,
-    b: vec3<f32>,
-    // How far the second body had moved past the first when they were made, m.
+// Lever arms of a patch.
+struct Levers {
+    // Of its centre at the substep's start.
+    center: Arms,
+    // For which motion its rows were made, as in `Motion`.
     passed: vec3<f32>,
+    rolled_a: vec3<f32>,
+    rolled_b: vec3<f32>,
 }
 
 // Invocations that share a candidate's patches before and after the small steps.
@@ -128,6 +146,11 @@ fn matrix_of(axes: Axes) -> mat3x3<f32> {
     return mat3x3(axes.x, axes.y, axes.z);
 }
 
+// What a body's frame has, in the world.
+fn from_frame(axes: Axes, v: vec3<f32>) -> vec3<f32> {
+    return vec3(dot(axes.x, v), dot(axes.y, v), dot(axes.z, v));
+}
+
 fn inverse_of(k: f32) -> f32 {
     return select(0.0, 1.0 / k, k > 0.0);
 }
@@ -139,14 +162,14 @@ fn mass_of(row: Row, inverse_mass: f32) -> f32 {
 }
 
 // The row along `axis` of a point with these lever arms.
-fn row_along(axis: vec3<f32>, arm_a: vec3<f32>, arm_b: vec3<f32>, a: mat3x3<f32>, b: mat3x3<f32>) -> Row {
-    return Row(axis, times(a, cross(arm_a, axis)), times(b, cross(arm_b, axis)));
+fn row_along(axis: vec3<f32>, arms: Arms, a: mat3x3<f32>, b: mat3x3<f32>) -> Row {
+    return Row(axis, times(a, cross(arms.a, axis)), times(b, cross(arms.b, axis)));
 }
 
 // Sets the rows of a patch's friction at its lever arms.
 fn aim_friction(friction: ptr<function, Friction>, arms: Arms, a: mat3x3<f32>, b: mat3x3<f32>, inverse_mass: f32) {
-    let u = row_along((*friction).u, arms.a, arms.b, a, b);
-    let v = row_along((*friction).v, arms.a, arms.b, a, b);
+    let u = row_along((*friction).u, arms, a, b);
+    let v = row_along((*friction).v, arms, a, b);
     (*friction).u_a = u.torque_a;
     (*friction).u_b = u.torque_b;
     (*friction).v_a = v.torque_a;

@@ -36,7 +36,7 @@ pub use funnel::Funnel;
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};
 pub use layout::{
-    Arms, Axes, Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Free, Friction, Gap, HullPair, Manifold,
+    Arms, Axes, Ball, Batch, Bounds, Contact, Draw, Facing, Flags, Free, Friction, Gap, HullPair, Levers, Manifold,
     ManifoldPoint, Mark, Merged, Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update,
     Weights,
 };

@@ -4,7 +4,7 @@
 
 use super::kernels::SHADERS;
 use super::layout::{
-    Arms, Axes, Ball, Bounds, Contact, Cursor, Facing, Flags, Free, Friction, Gap, HullPair, Manifold, ManifoldPoint,
+    Axes, Ball, Bounds, Contact, Cursor, Facing, Flags, Free, Friction, Gap, HullPair, Levers, Manifold, ManifoldPoint,
     Mark, Merged, Moving, Normal, Outline, Patch, Portion, Preference, Separation, Sim, Stats, Update, Weights,
 };
 use super::layout::{Batch, Body, Draw, Edge, Energy, Face, Hull, Pose, Unit, Velocity, Winner};
@@ -74,7 +74,7 @@ fn simulation(world: &World) -> [Row; 39] {
         ("free", bytes::<Free>(bodies + 1)),
         ("normals", bytes::<Normal>(contacts)),
         ("frictions", bytes::<Friction>(patch_rows(contacts as u32) as usize)),
-        ("arms", bytes::<Arms>(patch_rows(contacts as u32) as usize)),
+        ("levers", bytes::<Levers>(patch_rows(contacts as u32) as usize)),
         ("gaps", bytes::<Gap>(contacts)),
         ("cursors", bytes::<Cursor>(1)),
     ]

@@ -5,7 +5,7 @@ use super::collide::Motion;
 use super::device::{AdapterKind, Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
-use super::layout::{Arms, Axes, Contact, Cursor, Free, Friction, Gap, Moving, Normal, Patch, Sim};
+use super::layout::{Axes, Contact, Cursor, Free, Friction, Gap, Levers, Moving, Normal, Patch, Sim};
 use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS};
 
 /// Invocations that share a candidate's patches, as in `solve_load` and `integrate`.
@@ -99,7 +99,7 @@ impl Solver {
         let normals = Buffer::<Normal>::new(gpu, "normals", slots)?;
         let patches = candidates as usize * patch_rows(parameters.contacts) as usize;
         let frictions = Buffer::<Friction>::new(gpu, "frictions", patches)?;
-        let arms = Buffer::<Arms>::new(gpu, "arms", patches)?;
+        let levers = Buffer::<Levers>::new(gpu, "levers", patches)?;
         let gaps = Buffer::<Gap>::new(gpu, "gaps", slots)?;
         let cursors = Buffer::<Cursor>::new(gpu, "cursors", candidates as usize)?;
         let axes = Buffer::<Axes>::new(gpu, "axes", rows as usize)?;
@@ -124,7 +124,7 @@ impl Solver {
                 contacts: contacts.read(),
                 frictions: frictions.write(),
                 normals: normals.write(),
-                arms: arms.write(),
+                levers: levers.write(),
                 gaps: gaps.write(),
                 cursors: cursors.write(),
             };
@@ -138,8 +138,8 @@ impl Solver {
                 all_moving: moving.write(),
                 all_frictions: frictions.write(),
                 all_normals: normals.write(),
-                arms: arms.write(),
-                gaps: gaps.read(),
+                levers: levers.write(),
+                gaps: gaps.write(),
                 cursors: cursors.write(),
             };
             let far = kernels::SolveFarBuffers {
@@ -152,8 +152,8 @@ impl Solver {
                 all_moving: moving.write(),
                 frictions: frictions.write(),
                 normals: normals.write(),
-                arms: arms.write(),
-                gaps: gaps.read(),
+                levers: levers.write(),
+                gaps: gaps.write(),
                 cursors: cursors.write(),
             };
             let solve = kernels::SolveBuffers {
@@ -166,8 +166,8 @@ impl Solver {
                 moving: moving.write(),
                 frictions: frictions.write(),
                 normals: normals.write(),
-                arms: arms.write(),
-                gaps: gaps.read(),
+                levers: levers.write(),
+                gaps: gaps.write(),
                 cursors: cursors.write(),
             };
             let integrate = kernels::IntegrateBuffers {

@@ -1,6 +1,9 @@
 //! Bodies, units and the table of a group's world.
 
-use super::{HullTables, Pose, constants::MIN_INERTIA_RATIO};
+use super::{
+    HullTables, Pose,
+    constants::{MIN_INERTIA_RATIO, SLENDER_INERTIA_RATIO},
+};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -29,6 +32,18 @@ impl Body {
     /// True for a body that no force moves.
     pub fn is_static(&self) -> bool {
         self.unit == STATIC
+    }
+
+    /// True if it is much longer than wide.
+    pub fn is_slender(&self) -> bool {
+        self.inverse_inertia.max_element() > SLENDER_INERTIA_RATIO * self.inverse_inertia.min_element()
+    }
+
+    /// One for every principal axis about which it may turn by some degrees and keep about the inertia that it had, nought for
+    /// the others: all three, but of what is slender only its length, across which it weighs about the same.
+    pub fn round_axes(&self) -> Vec3 {
+        let most = if self.is_slender() { self.inverse_inertia.max_element() } else { 0.0 };
+        self.inverse_inertia.map(|inverse| if inverse >= most { 1.0 } else { 0.0 })
     }
 }
 

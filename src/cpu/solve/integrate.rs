@@ -4,7 +4,7 @@ use super::lanes::Vector;
 use super::rotation::Rotation;
 use super::{Wide, unsigned};
 use crate::cpu::simulate::Workspace;
-use crate::world::constants::{HIT_SPIN, SLENDER_INERTIA_RATIO};
+use crate::world::constants::HIT_SPIN;
 use crate::world::{Body, Pose, compose, from_scaled_axis, unit_rotation};
 use fearless_simd::prelude::*;
 use glam::{Quat, Vec3, Vec4};
@@ -18,7 +18,7 @@ impl<S: Simd> Wide<S> {
                 continue;
             }
             let inverse = body.inverse_inertia;
-            let slender = inverse.max_element() > SLENDER_INERTIA_RATIO * inverse.min_element();
+            let slender = body.is_slender();
             let mut old = Rotation::identity(self.simd);
             for (lane, candidate) in candidates.iter().enumerate() {
                 old.set_lane(lane, candidate.poses[index].rotation);

@@ -1,5 +1,6 @@
 //! What the solver reads at a substep's start and writes at its end.
 
+use super::follow::Made;
 use super::lanes::{Vector, splat};
 use super::rows::{Aim, Friction, Moving, Normal, Row, Twist};
 use super::{Softness, Wide, unsigned};
@@ -25,6 +26,7 @@ impl<S: Simd> Wide<S> {
         self.bodies.resize(bodies.len() + 1, Moving::ground(self.simd));
         for (index, (moving, body)) in self.bodies.iter_mut().zip(bodies).enumerate() {
             moving.inverse_mass = body.inverse_mass;
+            moving.round = body.round_axes();
             for (lane, candidate) in candidates.iter().enumerate() {
                 let (pose, velocity) = (&candidate.poses[index], &candidate.velocities[index]);
                 let root = Vec3::from(body.inverse_inertia.to_array().map(f32::sqrt));
@@ -57,7 +59,7 @@ impl<S: Simd> Wide<S> {
             let arms = |point: Vector<S>| [point - a.origin, point - b.origin];
             let center = arms(patch.center);
             let tangents = patch.tangents();
-            let points = &self.union.points[patch.points()];
+            let points = &self.union.points[patch.found_points()];
             // The rows are in the order of the patches, which the points were not.
             patch.first = self.normals.len() as u32;
             for point in points {
@@ -81,9 +83,8 @@ impl<S: Simd> Wide<S> {
                     #[inline(always)]
                     |axis| Row::along(axis, center, a, b),
                 ),
-                arms: center,
                 twist: Twist::about(patch.normal, a, b),
-                passed: Vector::splat(simd, Vec3::ZERO),
+                made_for: Made::at_start(simd),
                 impulse: [patch.friction.dot(tangents[0]), patch.friction.dot(tangents[1]), patch.twist],
                 limit: splat(simd, 0.0),
                 twist_limit: splat(simd, 0.0),
@@ -95,7 +96,8 @@ impl<S: Simd> Wide<S> {
 
     /// Writes the impulses into the contacts, and the loads that they carry after a substep of `dt`.
     #[inline(always)]
-    pub fn hand_over(&self, dt: f32, candidates: &mut [Workspace]) {
+    pub fn hand_over(&self, settings: &SimSettings, candidates: &mut [Workspace]) {
+        let dt = settings.substep();
         let patch_share = (PATCH_LOAD_RATE * dt).min(1.0);
         let point_share = (POINT_LOAD_RATE * dt).min(1.0);
         for (friction, wide) in self.frictions.iter().zip(&self.union.patches) {
@@ -116,8 +118,8 @@ impl<S: Simd> Wide<S> {
                 let mean = sum / turns.len() as f32;
                 for (contact, &turn) in points.iter_mut().zip(turns) {
                     let own = contact.excess() - mean;
-                    let normal = &normals[turn];
-                    contact.rest = yielded(normal.rest[lane], normal.start[lane], turns.len(), dt);
+                    contact.rest =
+                        yielded(normals[turn].rest[lane], contact.separation - settings.rest_offset, turns.len(), dt);
                     contact.load = contact.load + patch_share * mean + point_share * own;
                 }
             }

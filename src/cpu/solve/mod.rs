@@ -8,13 +8,13 @@
 //! contact rings when a heavy body lies on a light one; this spring is at rest at the load that its patch has
 //! carried lately, which does neither. Its share of that load follows far more slowly: a patch must stay stiff
 //! against leaning, or towers buckle.
-//! Normals are those of the substep's start; separations follow the bodies' motion to first order, and lever arms follow
-//! where both bodies are free.
+//! Normals are those of the substep's start; separations and lever arms follow the bodies' motion (`follow`).
 //!
 //! A sweep is one long chain of dependent operations, so several candidates are solved side by side, one in each lane of
 //! the processor's vectors, which takes hardly longer than one.
 
 mod cold;
+mod follow;
 mod integrate;
 mod lanes;
 mod load;
@@ -95,7 +95,7 @@ impl<S: Simd> Substep for Wide<S> {
                 #[inline(always)]
                 || {
                     self.integrate(bodies, dt, candidates);
-                    self.hand_over(dt, candidates);
+                    self.hand_over(settings, candidates);
                 },
             );
         }

@@ -1,6 +1,7 @@
 //! Bodies and constraints as the sweeps need them, of several candidates side by side.
 
 use super::Softness;
+use super::follow::Made;
 use super::lanes::{Mask, Matrix, Number, Vector, all, at_least, splat};
 use crate::world::{
     SimSettings,
@@ -21,13 +22,19 @@ pub struct Moving<S: Simd> {
     pub shift: Vector<S>,
     /// Turn since the substep's start, as `frame` has it.
     pub turn: Vector<S>,
-    /// These four before the impulses of the small step.
+    /// The same in the world, rad, when the contacts were last located, and what of it is about `round`.
+    pub turned: Vector<S>,
+    pub rolled: Vector<S>,
+    /// Linear velocity, spin, shift and turn before the impulses of the small step.
     pub free: [Vector<S>; 4],
     /// The same for all candidates.
     pub inverse_mass: f32,
     /// From the world to the body's principal axes at the substep's start, each scaled by the root of its inverse moment of
     /// inertia: there a torque's arm is also what a unit impulse does to the spin, and the body weighs the same about all axes.
     pub frame: Matrix<S>,
+    /// One for every axis about which it may turn in a substep and keep its inertia about as it is, nought for the others; the
+    /// same for all candidates.
+    pub round: Vec3,
     /// A bit for every candidate: true if the body has contacts, or may come to touch something.
     pub touched: u32,
     /// The same with something fixed.
@@ -47,9 +54,12 @@ impl<S: Simd> Moving<S> {
             spin: zero,
             shift: zero,
             turn: zero,
+            turned: zero,
+            rolled: zero,
             free: [zero; 4],
             inverse_mass: 0.0,
             frame: Matrix::zero(simd),
+            round: Vec3::ZERO,
             touched: 0,
             held: 0,
             restless: [all(simd, false); 2],
@@ -87,13 +97,6 @@ impl<S: Simd> Row<S> {
     #[inline(always)]
     pub fn along(axis: Vector<S>, arms: [Vector<S>; 2], a: &Moving<S>, b: &Moving<S>) -> Self {
         Self::new(axis, a.frame * arms[0].cross(axis), b.frame * arms[1].cross(axis), a, b)
-    }
-
-    /// The same row with its lever arm on the first body longer by `by`, and shorter on the second.
-    #[inline(always)]
-    pub fn shifted(&self, by: Vector<S>, a: &Moving<S>, b: &Moving<S>) -> Self {
-        let torque = by.cross(self.axis);
-        Self::new(self.axis, self.torque_a + a.frame * torque, self.torque_b - b.frame * torque, a, b)
     }
 
     /// This where `mask` says so, `other` elsewhere.
@@ -143,7 +146,7 @@ fn inverse<S: Simd>(number: Number<S>) -> Number<S> {
 #[derive(Clone, Copy, Debug)]
 pub struct Normal<S: Simd> {
     pub row: Row<S>,
-    /// Separation at the substep's start less the rest offset, m.
+    /// Separation less the rest offset, m, if the bodies were where they began the substep.
     pub start: Number<S>,
     /// Distance from the patch's centre, m: lever of its friction against twisting.
     pub lever: Number<S>,
@@ -194,6 +197,18 @@ impl<S: Simd> Aim<S> {
             tolerance: deep.select(splat(separation.token(), f32::MAX), mass * PUSHED_SPEED),
         }
     }
+
+    /// This where `mask` says so, `other` elsewhere.
+    #[inline(always)]
+    pub fn or(self, mask: Mask<S>, other: &Self) -> Self {
+        Self {
+            rigid_bias: mask.select(self.rigid_bias, other.rigid_bias),
+            spring_bias: mask.select(self.spring_bias, other.spring_bias),
+            spring_mass: mask.select(self.spring_mass, other.spring_mass),
+            leak: mask.select(self.leak, other.leak),
+            tolerance: mask.select(self.tolerance, other.tolerance),
+        }
+    }
 }
 
 /// Friction of a patch: two directions at the centre of pressure and the twist about the normal. All tangential forces
@@ -201,11 +216,9 @@ impl<S: Simd> Aim<S> {
 #[derive(Clone, Copy, Debug)]
 pub struct Friction<S: Simd> {
     pub tangents: [Row<S>; 2],
-    /// Lever arms of the centre of pressure on both bodies, m.
-    pub arms: [Vector<S>; 2],
     pub twist: Twist<S>,
-    /// How far the second body had moved past the first when the lever arms were made, m.
-    pub passed: Vector<S>,
+    /// What the patch's lever arms were made for.
+    pub made_for: Made<S>,
     /// Accumulated impulses of one small step, N s and N m s.
     pub impulse: [Number<S>; 3],
     /// What the points' impulses after the last rigid sweep allow: N s along the surface, N m s about the normal.

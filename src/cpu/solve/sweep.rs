@@ -1,12 +1,12 @@
 //! The sweeps of a small step over all contacts, and the motion between them.
 
 use super::lanes::{Mask, Number, all, at_least, at_most, splat, within};
-use super::rows::{Aim, Friction, Moving, Normal, Pair, Row};
+use super::rows::{Aim, Friction, Moving, Normal, Pair};
 use super::union::WidePatch;
 use super::{Softness, Wide};
 use crate::world::{
     Body, SimSettings,
-    constants::{ARM_TOLERANCE, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS, MIN_PUSHING_SWEEPS, RELAXED_SPEED},
+    constants::{MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS, MIN_PUSHING_SWEEPS, RELAXED_SPEED},
 };
 use fearless_simd::prelude::*;
 
@@ -29,7 +29,7 @@ impl<S: Simd> Wide<S> {
             let heated = self.gains_energy();
             if heated.any_true() {
                 self.start_cold(heated);
-                self.locate(settings, soft);
+                self.locate(settings, soft, heated);
                 self.solve(heated, settings, soft);
             }
         }
@@ -57,7 +57,7 @@ impl<S: Simd> Wide<S> {
             #[inline(always)]
             || {
                 self.advance(settings.small_step(), candidates);
-                self.locate(settings, soft);
+                self.locate(settings, soft, candidates);
             },
         );
         self.disturb(candidates);
@@ -197,51 +197,6 @@ impl<S: Simd> Wide<S> {
         for moving in &mut self.bodies {
             moving.shift = (moving.shift + moving.linear.times(h)).or(candidates, moving.shift);
             moving.turn = (moving.turn + moving.spin.times(h)).or(candidates, moving.turn);
-        }
-    }
-
-    /// Contacts where the bodies are now.
-    #[inline(always)]
-    fn locate(&mut self, settings: &SimSettings, soft: &Softness) {
-        self.follow();
-        self.measure(settings, soft);
-    }
-
-    /// Separations.
-    #[inline(always)]
-    fn measure(&mut self, settings: &SimSettings, soft: &Softness) {
-        for patch in &self.union.patches {
-            let (a, b) = (&self.bodies[patch.a as usize], &self.bodies[patch.b as usize]);
-            for n in &mut self.normals[patch.points()] {
-                n.aim = Aim::new(n.start + n.row.moved(a, b), n.rest, n.row.mass, settings, soft);
-            }
-        }
-    }
-
-    /// Two free bodies that have moved past each other push at a common point again, half-way: else their impulses would
-    /// turn the pair. On something fixed a contact's points go with the body that moves.
-    #[inline(always)]
-    fn follow(&mut self) {
-        for (patch, f) in self.union.patches.iter().zip(&mut self.frictions) {
-            let (a, b) = (&self.bodies[patch.a as usize], &self.bodies[patch.b as usize]);
-            if a.inverse_mass == 0.0 || b.inverse_mass == 0.0 {
-                continue;
-            }
-            let passed = b.shift - a.shift;
-            let since = passed - f.passed;
-            let far = patch.present() & !since.dot(since).simd_lt(ARM_TOLERANCE * ARM_TOLERANCE);
-            if far.all_false() {
-                continue;
-            }
-            let by = since.times(0.5);
-            f.passed = passed.or(far, f.passed);
-            f.arms = [(f.arms[0] + by).or(far, f.arms[0]), (f.arms[1] - by).or(far, f.arms[1])];
-            for row in &mut f.tangents {
-                *row = Row::along(row.axis, f.arms, a, b).or(far, row);
-            }
-            for n in &mut self.normals[patch.points()] {
-                n.row = n.row.shifted(by, a, b).or(far, &n.row);
-            }
         }
     }
 }

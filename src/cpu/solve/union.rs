@@ -39,7 +39,8 @@ pub struct WidePatch<S: Simd> {
     pub b: u32,
     /// One more than the highest level of the patches before it that move one of its bodies.
     level: u32,
-    /// Its points, in the order of a sweep.
+    /// Its points, in the order of a sweep: the first among the union's, and among the solver's rows.
+    pub found: u32,
     pub first: u32,
     pub count: u32,
     /// The number of points.
@@ -78,6 +79,11 @@ impl<S: Simd> WidePatch<S> {
             both[1].set_lane(lane, v);
         }
         both
+    }
+
+    #[inline(always)]
+    pub fn found_points(&self) -> std::ops::Range<usize> {
+        self.found as usize..(self.found + self.count) as usize
     }
 
     #[inline(always)]
@@ -129,7 +135,8 @@ impl<S: Simd> Union<S> {
                 a: 0,
                 b: 0,
                 level: 0,
-                first: points.len() as u32,
+                found: points.len() as u32,
+                first: 0,
                 count: 0,
                 counts: zero,
                 own: [u32::MAX; MOST_LANES],
@@ -152,7 +159,7 @@ impl<S: Simd> Union<S> {
                         load: zero,
                         rest: zero,
                     };
-                    points.resize(wide.points().end, blank);
+                    points.resize(wide.found_points().end, blank);
                 }
                 wide.a = if patch.a == GROUND { bodies.len() as u32 } else { patch.a };
                 (wide.b, wide.own[lane]) = (patch.b, own);
@@ -163,7 +170,7 @@ impl<S: Simd> Union<S> {
                 wide.friction.set_lane(lane, patch.friction);
                 wide.twist[lane] = patch.twist;
                 for (contact, turn) in own_points.iter().zip(TURNS[count]) {
-                    let point = &mut points[wide.first as usize + turn];
+                    let point = &mut points[wide.found as usize + turn];
                     point.normal.set_lane(lane, contact.normal);
                     point.point.set_lane(lane, contact.point);
                     point.separation[lane] = contact.separation;
@@ -178,7 +185,7 @@ impl<S: Simd> Union<S> {
             moved().for_each(|body| levels[body] = wide.level);
             patches.push(wide);
         }
-        patches.sort_unstable_by_key(|patch| (patch.level, patch.first));
+        patches.sort_unstable_by_key(|patch| (patch.level, patch.found));
     }
 }
 

@@ -87,15 +87,19 @@ pub struct Moving {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Axes {
-    /// Columns of the matrix.
+    /// Columns of the matrix; and one for every axis of the body about which it may turn and keep its inertia about as it is
+    /// (`Body::round_axes`).
     pub x: Vec3,
-    pad1: u32,
+    #[allow(missing_docs)]
+    pub round_x: f32,
     #[allow(missing_docs)]
     pub y: Vec3,
-    pad2: u32,
+    #[allow(missing_docs)]
+    pub round_y: f32,
     #[allow(missing_docs)]
     pub z: Vec3,
-    pad3: u32,
+    #[allow(missing_docs)]
+    pub round_z: f32,
 }
 
 /// Motion of a body before the impulses of a small step; as in `Moving`.
@@ -139,14 +143,31 @@ pub struct Normal {
     pub depth: u32,
 }
 
-/// How far a contact point's surfaces are apart.
+/// Lever arms.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Arms {
+    /// On the first body, m.
+    pub a: Vec3,
+    pad1: u32,
+    /// On the second body, m.
+    pub b: Vec3,
+    pad2: u32,
+}
+
+/// How far a contact point's surfaces are apart, and its lever arms.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Gap {
-    /// At the substep's start, less the rest offset, m.
+    /// At the substep's start.
+    pub arms: Arms,
+    /// Separation less the rest offset at the substep's start, m.
+    pub found: f32,
+    /// The same as the row has it, if the bodies were where they began the substep.
     pub start: f32,
     /// `Contact::rest`
     pub rest: f32,
+    pad: u32,
 }
 
 /// Friction of a patch while a substep is solved.
@@ -186,18 +207,20 @@ pub struct Friction {
     pad: u32,
 }
 
-/// Lever arms of a patch's centre.
+/// Lever arms of a patch.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Arms {
-    /// On the first body, m.
-    pub a: Vec3,
-    pad1: u32,
-    /// On the second body, m.
-    pub b: Vec3,
-    pad2: u32,
-    /// How far the second body had moved past the first when they were made, m.
+pub struct Levers {
+    /// Of its centre at the substep's start.
+    pub center: Arms,
+    /// For which motion its rows were made: how far the second body had moved past the first, m.
     pub passed: Vec3,
+    pad1: u32,
+    /// How far the first had turned, rad.
+    pub rolled_a: Vec3,
+    pad2: u32,
+    /// The same of the second.
+    pub rolled_b: Vec3,
     pad3: u32,
 }
 
