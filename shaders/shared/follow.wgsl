@@ -1,4 +1,4 @@
-// Contacts go with bodies that have moved since their rows were made, to second order in the turn; as `src/cpu/solve/follow.rs`.
+// Contacts go with bodies that have moved since their rows were made; as `src/cpu/solve/follow.rs`.
 
 #import constants
 #import solver
@@ -51,12 +51,9 @@ fn arms_after(motion: Motion, arms: Arms) -> Arms {
     return Arms(arms.a + by, arms.b + by);
 }
 
-// How far a point of the second body has moved past that of the first, with these lever arms at first.
+// How far a point of the second body has moved past that of the first, with these lever arms at first, going straight on.
 fn moved_by(motion: Motion, arms: Arms) -> vec3<f32> {
-    let straight = plus_cross(plus_cross(motion.passed, motion.turned_b, arms.b), arms.a, motion.turned_a);
-    let by_a = cross(motion.rolled_a, arms.a);
-    let by_b = cross(motion.rolled_b, arms.b);
-    return straight + 0.5 * plus_cross(cross(motion.rolled_b, by_b), by_a, motion.rolled_a);
+    return plus_cross(plus_cross(motion.passed, motion.turned_b, arms.b), arms.a, motion.turned_a);
 }
 
 // How far the touching points have moved apart since the substep's start, as the row has it, m.

@@ -152,7 +152,7 @@ pub const LEFT_SPEED: f32 = 0.05;
 /// bodies that collide.
 pub const ARM_TOLERANCE: f32 = 1e-6;
 
-/// A body that has turned by more than this since gets new ones, too, and its contacts go with it round a bend, rad.
+/// A body that has turned by more than this since gets new ones, too, rad; what is slender, about its length.
 pub const TURN_TOLERANCE: f32 = 1e-3;
 
 /// How many times its first size a candidate's slots may grow before the candidate is given up.
