@@ -133,7 +133,7 @@ fn rods_that_meet(number: usize) -> Scenario {
 pub fn rods_that_meet_in_mid_air_keep_their_angular_momentum(backend: &dyn Backend) {
     const RODS: [usize; 2] = [1, 2];
     let settings = undamped(settings(160));
-    for number in [7, 28, 60, 94, 139, 147] {
+    for number in [28, 60, 94, 96, 112, 139] {
         let s = rods_that_meet(number);
         let states = run(backend, &s.world(), &settings);
         let clear = |state: &State| RODS.iter().all(|&i| state.0[i].translation.y < 59.4);
@@ -179,6 +179,13 @@ pub fn overlapping_bodies_in_mid_air_push_apart_evenly(backend: &dyn Backend) {
 
 /// Checks that at no step is the energy more than 0.1 % of the first above any earlier one.
 fn loses_energy(backend: &dyn Backend, name: &str, s: &Scenario, settings: &SimSettings) {
+    let growth = growth_of_energy(backend, s, settings);
+    measured(&format!("{name}: largest growth of energy, share of the first"), growth, "< 0.001");
+    assert!(growth < 1e-3, "{name}, {:?}: energy grows by {growth} of the first", settings.narrow_phase);
+}
+
+/// By how much the energy of a step is above that of any earlier one, as a share of the first.
+fn growth_of_energy(backend: &dyn Backend, s: &Scenario, settings: &SimSettings) -> f64 {
     let world = s.world();
     let states = run(backend, &world, settings);
     let start = (world.start.clone(), vec![Velocity::default(); world.start.len()]);
@@ -189,9 +196,8 @@ fn loses_energy(backend: &dyn Backend, name: &str, s: &Scenario, settings: &SimS
         growth = growth.max((energy - lowest) / first);
         lowest = lowest.min(energy);
     }
-    measured(&format!("{name}: largest growth of energy, share of the first"), growth, "< 0.001");
-    assert!(lowest < 0.9 * first, "{name}: nothing happened");
-    assert!(growth < 1e-3, "{name}, {:?}: energy grows by {growth} of {first} J", settings.narrow_phase);
+    assert!(lowest < 0.9 * first, "nothing happened");
+    growth
 }
 
 pub fn energy_never_grows(backend: &dyn Backend) {
@@ -275,7 +281,31 @@ pub fn hard_heap(number: usize) -> Scenario {
 /// The impulses of a hit, taken for those of the next small step, must not make a heap of heavy and light things fly apart.
 pub fn energy_of_hard_falls_never_grows(backend: &dyn Backend) {
     let settings = undamped(settings(120));
-    for number in 0..40 {
+    // The last three are the worst of a thousand without over-relaxation.
+    for number in (0..40).chain([133, 267, 627]) {
         loses_energy(backend, &format!("hard heap {number}"), &hard_heap(number), &settings);
     }
+}
+
+/// Eight plates of 1 to 20 kg upwards are more than the sweeps can stop at once: the light ones are pressed into the ground
+/// and lift the others when they are pushed out.
+pub fn stacks_with_light_bottoms_gain_little_energy(backend: &dyn Backend) {
+    let settings = undamped(settings(180));
+    let heights = (1u8..=12).map(|i| 0.1 * f32::from(i));
+    let gains: Vec<f64> = heights
+        .map(|height| {
+            let mut s = Scenario::default();
+            for i in (0..8).map(|i: u8| f32::from(i)) {
+                let at = Vec3::new(0.003 * i, height + 0.02 + 0.041 * i, 0.0);
+                s.cuboid(Vec3::new(0.1, 0.02, 0.1), 20.0f32.powf(i / 7.0), at, Quat::IDENTITY);
+            }
+            growth_of_energy(backend, &s, &settings)
+        })
+        .collect();
+    let mean = gains.iter().sum::<f64>() / gains.len() as f64;
+    let most = gains.iter().copied().fold(0.0, f64::max);
+    measured("stacks with light bottoms: growth of energy, mean", mean, "< 0.006");
+    measured("stacks with light bottoms: growth of energy, most", most, "< 0.02");
+    assert!(mean < 6e-3, "{gains:?}");
+    assert!(most < 2e-2, "{gains:?}");
 }

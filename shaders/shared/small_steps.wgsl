@@ -1,6 +1,7 @@
-// The small steps of a substep, as `src/cpu/solve/`': accelerate, warm start, friction and springs until they change little,
-// advance, follow, then friction and rigid normals until nothing approaches any more; all but the warm start once more if
-// that gained energy. All sweeps are one loop, because software drivers compile code that occurs twice twice.
+// The small steps of a substep, as `src/cpu/solve/`: accelerate, warm start, springs until they change little and friction
+// before the first two sweeps, advance, follow, then friction and rigid normals until nothing approaches any more; all but
+// the warm start once more if that gained energy. All sweeps are one loop, because software drivers compile code that occurs
+// twice twice.
 //
 // Import it below the bindings. The kernel has the tables that are named here, and says how invocations share a candidate:
 // each has every so many of its bodies and patches, `is_due` tells whose turn it is in a sweep, and between turns they
@@ -209,8 +210,8 @@ fn sweep_friction(share: Share, sweep: u32) {
 }
 
 // One sweep over all patches, one way or the other: with `soft` overlap is pushed out, without only approach is stopped.
-// True if the relative speed of a contact changed.
-fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool {
+// Hits take `relaxation` times what would stop them. True if the relative speed of a contact changed.
+fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool, relaxation: f32) -> bool {
     var changed = false;
     let spring = softness();
     let turns = select(share.turns.x, share.turns.y, backwards);
@@ -238,7 +239,8 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool) -> bool 
                 let row = Row(n.axis, n.torque_a, n.torque_b);
                 let springy = soft & (n.depth > 0u);
                 let bias = select(n.rigid_bias, n.spring_bias, soft);
-                let correction = n.mass * select(1.0, spring.mass_scale, springy) * (relative(&pair, row) + bias);
+                var correction = n.mass * select(1.0, spring.mass_scale, springy) * (relative(&pair, row) + bias);
+                correction *= select(1.0, relaxation, abs(correction) > HIT_SPEED * n.mass);
                 let leak = select(0.0, spring.impulse_scale, springy);
                 let total = max(n.impulse - correction - leak * (n.impulse - n.load), 0.0);
                 let change = total - n.impulse;
@@ -358,8 +360,11 @@ fn small_steps(share: Share, start: Cursor, patches: u32) -> Cursor {
             }
             // Sweeps that are made in any case are made of all contacts.
             let sweep = select(at.sweep, 0u, is_extra);
-            sweep_friction(share, sweep);
-            let changed = sweep_normals(share, sweep, soft, soft && number % 2u == 1u);
+            if (!soft || number < MIN_PUSHING_SWEEPS) {
+                sweep_friction(share, sweep);
+            }
+            let relaxation = select(1.0, OVER_RELAXATION, !is_extra && number > MAX_PUSHING_SWEEPS);
+            let changed = sweep_normals(share, sweep, soft, soft && number % 2u == 1u, relaxation);
             at.sweep++;
             if (soft && !changed && number + 1u >= MIN_PUSHING_SWEEPS) {
                 at.sweep += MAX_PUSHING_SWEEPS - 1u - number;

@@ -6,9 +6,22 @@ use super::union::WidePatch;
 use super::{Softness, Wide};
 use crate::world::{
     Body, SimSettings,
-    constants::{MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS, MIN_PUSHING_SWEEPS, RELAXED_SPEED},
+    constants::{
+        HIT_SPEED, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS, MIN_PUSHING_SWEEPS, OVER_RELAXATION, RELAXED_SPEED,
+    },
 };
 use fearless_simd::prelude::*;
+
+/// How a sweep goes over the contacts.
+struct Sweep {
+    backwards: bool,
+    /// What hits takes so many times the impulse that would stop it.
+    relaxation: f32,
+}
+
+impl Sweep {
+    const PLAIN: Self = Self { backwards: false, relaxation: 1.0 };
+}
 
 impl<S: Simd> Wide<S> {
     /// All small steps of a substep of so many `candidates`.
@@ -36,7 +49,7 @@ impl<S: Simd> Wide<S> {
         for _ in 1..settings.velocity_iterations {
             self.disturb(everyone);
             self.sweep_friction();
-            self.sweep_normals::<false>(settings, false);
+            self.sweep_normals::<false>(settings, Sweep::PLAIN);
         }
     }
 
@@ -46,9 +59,9 @@ impl<S: Simd> Wide<S> {
         for sweep in 0..MAX_PUSHING_SWEEPS {
             if sweep < MIN_PUSHING_SWEEPS {
                 self.disturb(candidates);
+                self.sweep_friction();
             }
-            self.sweep_friction();
-            self.sweep_normals::<true>(settings, sweep % 2 == 1);
+            self.sweep_normals::<true>(settings, Sweep { backwards: sweep % 2 == 1, ..Sweep::PLAIN });
             if sweep + 1 >= MIN_PUSHING_SWEEPS && self.calm() {
                 break;
             }
@@ -61,9 +74,10 @@ impl<S: Simd> Wide<S> {
             },
         );
         self.disturb(candidates);
-        for _ in 0..MAX_RELAXING_SWEEPS {
+        for sweep in 0..MAX_RELAXING_SWEEPS {
             self.sweep_friction();
-            self.sweep_normals::<false>(settings, false);
+            let relaxation = if sweep == 0 { 1.0 } else { OVER_RELAXATION };
+            self.sweep_normals::<false>(settings, Sweep { relaxation, ..Sweep::PLAIN });
             if self.calm() {
                 break;
             }
@@ -152,7 +166,7 @@ impl<S: Simd> Wide<S> {
     /// stopped. What is still apart may come no closer than touching. A sweep that changes the relative speed of a contact
     /// makes its bodies restless.
     #[inline(always)]
-    fn sweep_normals<const SPRINGS: bool>(&mut self, settings: &SimSettings, backwards: bool) {
+    fn sweep_normals<const SPRINGS: bool>(&mut self, settings: &SimSettings, Sweep { backwards, relaxation }: Sweep) {
         self.simd.vectorize(
             #[inline(always)]
             || {
@@ -171,8 +185,11 @@ impl<S: Simd> Wide<S> {
                     let points = &mut normals[patch.points()];
                     for k in 0..points.len() {
                         let n = &mut points[if backwards { points.len() - 1 - k } else { k }];
-                        disturbed |=
-                            if SPRINGS { n.solve_spring(&mut pair, solved) } else { n.solve_rigid(&mut pair, solved) };
+                        disturbed |= if SPRINGS {
+                            n.solve_spring(&mut pair, solved)
+                        } else {
+                            n.solve_rigid(&mut pair, solved, relaxation)
+                        };
                     }
                     if !SPRINGS {
                         frictions[i].bound(points, settings.friction);
@@ -250,30 +267,29 @@ impl<S: Simd> Normal<S> {
     #[inline(always)]
     fn solve_spring(&mut self, pair: &mut Pair<S>, solved: Mask<S>) -> Mask<S> {
         let Aim { spring_bias, spring_mass, leak, tolerance, .. } = self.aim;
-        let total = self.total(pair, spring_bias, spring_mass, leak);
-        let total = solved.select(total, self.impulse);
-        let change = total - self.impulse;
-        pair.push(&self.row, change);
-        self.impulse = total;
-        change.abs().simd_gt(tolerance)
+        let correction = spring_mass * (pair.relative(&self.row) + spring_bias);
+        let total = self.impulse - correction - leak * (self.impulse - self.load);
+        self.take(pair, total, solved).abs().simd_gt(tolerance)
     }
 
     /// Gives where the contact's relative speed changed by more than `RELAXED_SPEED`.
     #[inline(always)]
-    fn solve_rigid(&mut self, pair: &mut Pair<S>, solved: Mask<S>) -> Mask<S> {
-        let total = self.total(pair, self.aim.rigid_bias, self.row.mass, splat(self.impulse.token(), 0.0));
-        let total = solved.select(total, self.impulse);
+    fn solve_rigid(&mut self, pair: &mut Pair<S>, solved: Mask<S>, relaxation: f32) -> Mask<S> {
+        let mass = self.row.mass;
+        let correction = mass * (pair.relative(&self.row) + self.aim.rigid_bias);
+        let hits = correction.abs().simd_gt(mass * HIT_SPEED);
+        let total = self.impulse - hits.select(correction * relaxation, correction);
+        self.take(pair, total, solved).abs().simd_gt(mass * RELAXED_SPEED)
+    }
+
+    /// Takes over the impulse that meets the aim, which is nought where a candidate has no such point, because there is no mass.
+    /// Gives the change.
+    #[inline(always)]
+    fn take(&mut self, pair: &mut Pair<S>, total: Number<S>, solved: Mask<S>) -> Number<S> {
+        let total = solved.select(at_least::<S>(total, splat(total.token(), 0.0)), self.impulse);
         let change = total - self.impulse;
         pair.push(&self.row, change);
         self.impulse = total;
-        change.abs().simd_gt(self.row.mass * RELAXED_SPEED)
-    }
-
-    /// The impulse that meets the aim. Nought where a candidate has no such point, because there is no mass.
-    #[inline(always)]
-    fn total(&self, pair: &Pair<S>, bias: Number<S>, mass: Number<S>, leak: Number<S>) -> Number<S> {
-        let correction = mass * (pair.relative(&self.row) + bias);
-        let total = self.impulse - correction - leak * (self.impulse - self.load);
-        at_least::<S>(total, splat(total.token(), 0.0))
+        change
     }
 }
