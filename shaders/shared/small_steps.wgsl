@@ -1,5 +1,5 @@
 // The small steps of a substep, as `src/cpu/solve/`: accelerate, warm start, springs until they change little and friction
-// before the first two sweeps, advance, follow, then friction and rigid normals until nothing approaches any more; all but
+// before the first sweeps, advance, follow, then friction and rigid normals until nothing approaches any more; all but
 // the warm start once more if that gained energy. All sweeps are one loop, because software drivers compile code that occurs
 // twice twice.
 //
@@ -360,7 +360,7 @@ fn small_steps(share: Share, start: Cursor, patches: u32) -> Cursor {
             }
             // Sweeps that are made in any case are made of all contacts.
             let sweep = select(at.sweep, 0u, is_extra);
-            if (!soft || number < MIN_PUSHING_SWEEPS) {
+            if (!soft || number < MAX_FRICTION_SWEEPS) {
                 sweep_friction(share, sweep);
             }
             let relaxation = select(1.0, OVER_RELAXATION, !is_extra && number > MAX_PUSHING_SWEEPS);

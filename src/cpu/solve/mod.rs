@@ -2,7 +2,7 @@
 //! those of PhysX's TGS).
 //!
 //! A substep is cut into `position_iterations` small steps `h`. Each applies gravity, warm-starts, solves every contact as
-//! an overdamped spring, there and back until that changes little, with friction before the first two sweeps, moves the
+//! an overdamped spring, there and back until that changes little, with friction before the first sweeps, moves the
 //! bodies, and solves once more with friction and rigid contacts, after a hit several times and over-relaxed, so that push-out
 //! leaves no kinetic energy behind. What gains some all the same is solved again (`cold`). A plain spring sags under load and
 //! a rigid contact rings when a heavy body lies on a light one; this spring is at rest at the load that its patch has

@@ -7,7 +7,8 @@ use super::{Softness, Wide};
 use crate::world::{
     Body, SimSettings,
     constants::{
-        HIT_SPEED, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS, MIN_PUSHING_SWEEPS, OVER_RELAXATION, RELAXED_SPEED,
+        HIT_SPEED, MAX_FRICTION_SWEEPS, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS, MIN_PUSHING_SWEEPS, OVER_RELAXATION,
+        RELAXED_SPEED,
     },
 };
 use fearless_simd::prelude::*;
@@ -59,6 +60,8 @@ impl<S: Simd> Wide<S> {
         for sweep in 0..MAX_PUSHING_SWEEPS {
             if sweep < MIN_PUSHING_SWEEPS {
                 self.disturb(candidates);
+            }
+            if sweep < MAX_FRICTION_SWEEPS {
                 self.sweep_friction();
             }
             self.sweep_normals::<true>(settings, Sweep { backwards: sweep % 2 == 1, ..Sweep::PLAIN });
