@@ -184,7 +184,7 @@ fn loses_energy(backend: &dyn Backend, name: &str, s: &Scenario, settings: &SimS
     assert!(growth < 1e-3, "{name}, {:?}: energy grows by {growth} of the first", settings.narrow_phase);
 }
 
-/// By how much the energy of a step is above that of any earlier one, as a share of the first.
+/// By how much the energy of a step is above that of any earlier one, as a share of the first; checks that a tenth is lost.
 fn growth_of_energy(backend: &dyn Backend, s: &Scenario, settings: &SimSettings) -> f64 {
     let world = s.world();
     let states = run(backend, &world, settings);

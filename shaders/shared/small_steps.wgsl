@@ -240,7 +240,8 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool, relaxati
                 let springy = soft & (n.depth > 0u);
                 let bias = select(n.rigid_bias, n.spring_bias, soft);
                 var correction = n.mass * select(1.0, spring.mass_scale, springy) * (relative(&pair, row) + bias);
-                correction *= select(1.0, relaxation, abs(correction) > HIT_SPEED * n.mass);
+                let hit = correction - clamp(correction, -HIT_SPEED * n.mass, HIT_SPEED * n.mass);
+                correction += hit * (relaxation - 1.0);
                 let leak = select(0.0, spring.impulse_scale, springy);
                 let total = max(n.impulse - correction - leak * (n.impulse - n.load), 0.0);
                 let change = total - n.impulse;

@@ -16,7 +16,7 @@ use fearless_simd::prelude::*;
 /// How a sweep goes over the contacts.
 struct Sweep {
     backwards: bool,
-    /// What hits takes so many times the impulse that would stop it.
+    /// What hits takes so many times the impulse that would stop what is above `HIT_SPEED`.
     relaxation: f32,
 }
 
@@ -280,13 +280,13 @@ impl<S: Simd> Normal<S> {
     fn solve_rigid(&mut self, pair: &mut Pair<S>, solved: Mask<S>, relaxation: f32) -> Mask<S> {
         let mass = self.row.mass;
         let correction = mass * (pair.relative(&self.row) + self.aim.rigid_bias);
-        let hits = correction.abs().simd_gt(mass * HIT_SPEED);
-        let total = self.impulse - hits.select(correction * relaxation, correction);
+        let hit = correction - within::<S>(correction, mass * HIT_SPEED);
+        let total = self.impulse - (correction + hit * (relaxation - 1.0));
         self.take(pair, total, solved).abs().simd_gt(mass * RELAXED_SPEED)
     }
 
-    /// Takes over the impulse that meets the aim, which is nought where a candidate has no such point, because there is no mass.
-    /// Gives the change.
+    /// Takes over an impulse where it is `solved`, nought if it would pull; it is nought where a candidate has no such point,
+    /// because there is no mass. Gives the change.
     #[inline(always)]
     fn take(&mut self, pair: &mut Pair<S>, total: Number<S>, solved: Mask<S>) -> Number<S> {
         let total = solved.select(at_least::<S>(total, splat(total.token(), 0.0)), self.impulse);
