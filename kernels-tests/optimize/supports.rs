@@ -6,6 +6,9 @@ use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::optimize::{Config, ObjectOutcome, Outcome, run};
 use rest3d_gpu::scene::{Parent, Pose, Relation};
 use rest3d_gpu::shape::{Alternative, MassProperties, Part};
+use rest3d_gpu::world::{
+    self, Backend, BackendError, OnStep, Search, SearchSettings, SimSettings, Status, Stream, World,
+};
 use std::f32::consts::TAU;
 
 #[test]
@@ -215,6 +218,63 @@ fn what_stands_on_one_decomposition_only_is_searched_again() {
     let object = with(true);
     assert!(object.stable && object.stable_otherwise && !object.fallen && !object.lost_support, "{object:?}");
     assert!(object.moved < 0.05, "{object:?}");
+}
+
+/// The processor, said to simulate one thing at a time.
+struct InTurn;
+
+impl Backend for InTurn {
+    fn describe(&self) -> String {
+        CpuBackend.describe()
+    }
+
+    fn simulate(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[world::Pose],
+        on_step: &mut OnStep<'_>,
+    ) -> Result<Vec<Status>, BackendError> {
+        CpuBackend.simulate(world, settings, starts, on_step)
+    }
+
+    fn overlaps(&self, world: &World, settings: &SimSettings, poses: &[world::Pose]) -> Result<Vec<f32>, BackendError> {
+        CpuBackend.overlaps(world, settings, poses)
+    }
+
+    fn search<'a>(
+        &'a self,
+        world: &'a World,
+        settings: &'a SearchSettings,
+        stream: Stream,
+    ) -> Result<Box<dyn Search + 'a>, BackendError> {
+        CpuBackend.search(world, settings, stream)
+    }
+}
+
+/// Three crates that stand with their own parts and tip with others, each on a stone of its own.
+#[test]
+fn runs_beside_one_another_end_as_in_turn() {
+    let mut boxes = Boxes::default();
+    for (i, [stone, crate_]) in [["a", "on a"], ["b", "on b"], ["c", "on c"]].into_iter().enumerate() {
+        let middle = DVec3::X * 3.0 * i as f64;
+        let stone = boxes.add(stone, GROUND, Vec3::new(1.0, 0.5, 1.0), middle);
+        boxes.objects[stone].movable = false;
+        let at_edge = middle + DVec3::new(0.491 - 0.003 * i as f64, 0.5, 0.0);
+        let crate_ = boxes.add(crate_, Parent::Object(stone), Vec3::splat(0.2), at_edge);
+        let mass = &mut boxes.shapes[crate_].alternatives[i % 2].mass;
+        mass.center += mass.axes * Vec3::X * 0.02;
+    }
+    let config = Config { second_opinion: true, ..frozen() };
+    let with = |backend: &dyn Backend| {
+        let mut watch = Watch::default();
+        let outcome = run(&boxes.scene(), &boxes.shapes, backend, &config, 1, None, &mut watch).unwrap();
+        (outcome.objects.iter().map(|object| object.pose).collect::<Vec<_>>(), watch.rounds)
+    };
+    assert!(CpuBackend.busy_with() > InTurn.busy_with());
+    let (beside, rounds) = with(&CpuBackend);
+    assert!(rounds > 0, "nothing was searched again");
+    assert_eq!((beside, rounds), with(&InTurn));
 }
 
 /// A plank that reaches 4 mm too far over the edge of a stone, and a weight on its other end: it holds the plank if it is as

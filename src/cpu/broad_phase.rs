@@ -76,6 +76,8 @@ pub struct BroadPhase {
     pub marks: Vec<Mark>,
     /// For every body, true if its mark held, false if it was made anew.
     pub still: Vec<bool>,
+    /// Where every body was when its boxes were made.
+    boxed: Vec<Pose>,
 }
 
 impl BroadPhase {
@@ -86,23 +88,30 @@ impl BroadPhase {
 
     /// Moves all boxes to the bodies' poses. `offset` is the contact offset (m), `dt` the time to the next call (s).
     pub fn update(&mut self, world: &World, poses: &[Pose], velocities: &[Velocity], offset: f32, dt: f32) {
-        self.hulls.clear();
-        self.bodies.clear();
         self.margins.clear();
         self.still.clear();
+        self.hulls.resize(world.hulls.hulls.len(), Bounds::EMPTY);
+        self.bodies.resize(world.bodies.len(), Bounds::EMPTY);
+        self.boxed.resize(world.bodies.len(), Mark::NONE.pose);
         self.marks.resize(world.bodies.len(), Mark::NONE);
-        for (((body, pose), velocity), mark) in world.bodies.iter().zip(poses).zip(velocities).zip(&mut self.marks) {
-            let turn = Mat3::from_quat(pose.rotation);
-            let spread = Mat3::from_cols(turn.x_axis.abs(), turn.y_axis.abs(), turn.z_axis.abs());
-            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-            for hull in &world.hulls.hulls[body.first_hull as usize..][..body.hull_count as usize] {
-                let center = turn * hull.center + pose.translation;
-                let half = spread * hull.half_extents;
-                low = low.min(center - half);
-                high = high.max(center + half);
-                self.hulls.push(Bounds { center, half });
+        let bodies = world.bodies.iter().zip(poses).zip(velocities).zip(&mut self.marks).enumerate();
+        for (index, (((body, pose), velocity), mark)) in bodies {
+            // What never moves keeps its boxes.
+            if self.boxed[index] != *pose {
+                self.boxed[index] = *pose;
+                let turn = Mat3::from_quat(pose.rotation);
+                let spread = Mat3::from_cols(turn.x_axis.abs(), turn.y_axis.abs(), turn.z_axis.abs());
+                let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+                let own = body.first_hull as usize..(body.first_hull + body.hull_count) as usize;
+                for (hull, bounds) in world.hulls.hulls[own.clone()].iter().zip(&mut self.hulls[own]) {
+                    let center = turn * hull.center + pose.translation;
+                    let half = spread * hull.half_extents;
+                    low = low.min(center - half);
+                    high = high.max(center + half);
+                    *bounds = Bounds { center, half };
+                }
+                self.bodies[index] = if body.hull_count == 0 { Bounds::EMPTY } else { Bounds::around(low, high) };
             }
-            self.bodies.push(if body.hull_count == 0 { Bounds::EMPTY } else { Bounds::around(low, high) });
             let reach = dt * (velocity.linear.length() + velocity.angular.length() * body.radius);
             let margin = 0.5 * offset + reach.min(0.5 * MAX_SPECULATIVE_MARGIN);
             self.margins.push(margin);

@@ -44,6 +44,10 @@ impl Backend for CpuBackend {
         &[NarrowPhase::Twin, NarrowPhase::Reference]
     }
 
+    fn busy_with(&self) -> usize {
+        rayon::current_num_threads() * Group::best()
+    }
+
     fn simulate(
         &self,
         world: &World,

@@ -62,7 +62,12 @@ impl Group {
 
     /// Bodies that move, as (body, object).
     pub fn moving(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        (0..self.objects.len()).filter(|&body| self.units[body] != STATIC).map(|body| (body, self.objects[body]))
+        (0..self.objects.len()).filter(|&body| self.moves(body)).map(|body| (body, self.objects[body]))
+    }
+
+    /// True for a body that moves; walls do not.
+    pub fn moves(&self, body: usize) -> bool {
+        self.units.get(body).is_some_and(|&unit| unit != STATIC)
     }
 
     /// Takes over the poses of the bodies that moved; everything else keeps its pose to the bit.

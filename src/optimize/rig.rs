@@ -4,6 +4,8 @@ use crate::scene;
 use crate::shape::{Alternative, MassProperties, Part, Shape};
 use crate::world::{BodyDef, Pose};
 use glam::{DQuat, DVec3, Vec2, Vec3};
+use parry3d::shape::ConvexPolyhedron;
+use std::sync::OnceLock;
 
 /// Density of what has no mass stated, kg/m³: that of MuJoCo and PhysX.
 const EVEN_DENSITY: f32 = 1000.0;
@@ -16,6 +18,8 @@ pub struct Rig {
     axes: DQuat,
     /// Convex parts in the body's frame, m.
     pub parts: Vec<Vec<Vec3>>,
+    /// The same as parry takes them, made when they are first asked for.
+    solids: OnceLock<Vec<ConvexPolyhedron>>,
     mass: f32,
     /// Of the parts, m³.
     volume: f32,
@@ -47,7 +51,12 @@ impl Rig {
         let shift = pose.rotation.conjugate() * (height * DVec3::new(slope.x.into(), 0.0, slope.y.into()));
         let in_body = (self.axes.conjugate() * shift).as_vec3();
         let shifted = |part: &Vec<Vec3>| part.iter().map(|vertex| *vertex - in_body).collect();
-        Self { center: self.center + shift, parts: self.parts.iter().map(shifted).collect(), ..self.clone() }
+        Self {
+            center: self.center + shift,
+            parts: self.parts.iter().map(shifted).collect(),
+            solids: OnceLock::new(),
+            ..self.clone()
+        }
     }
 
     /// The body of these parts.
@@ -57,10 +66,17 @@ impl Rig {
             center: mass.center.as_dvec3(),
             axes: mass.axes.as_dquat().normalize(),
             parts: parts.iter().map(|part| part.vertices.iter().map(to_body).collect()).collect(),
+            solids: OnceLock::new(),
             mass: mass.mass,
             volume: mass.volume,
             inertia: mass.inertia,
         }
+    }
+
+    /// The parts with volume in the body's frame, m.
+    pub(super) fn solids(&self) -> &[ConvexPolyhedron] {
+        let solid = |part: &Vec<Vec3>| ConvexPolyhedron::from_convex_hull(part);
+        self.solids.get_or_init(|| self.parts.iter().filter_map(solid).collect())
     }
 
     /// The body's pose for an object's pose.

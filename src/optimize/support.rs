@@ -20,27 +20,18 @@ const REACH: f32 = 0.005;
 const UPWARD: f32 = 0.25;
 
 /// One object's parts where they are.
-pub(super) struct Placed {
+pub(super) struct Placed<'a> {
     pose: Isometry,
-    parts: Vec<(ConvexPolyhedron, Aabb)>,
+    parts: Vec<(&'a ConvexPolyhedron, Aabb)>,
     lowest: f32,
 }
 
-impl Placed {
+impl<'a> Placed<'a> {
     /// For a pose of the body.
-    pub fn new(rig: &Rig, pose: &Pose) -> Self {
+    pub fn new(rig: &'a Rig, pose: &Pose) -> Self {
         let isometry = Isometry::from_parts(pose.translation, pose.rotation);
-        let parts = rig.parts.iter().filter_map(|part| ConvexPolyhedron::from_convex_hull(part));
-        Self {
-            pose: isometry,
-            parts: parts
-                .map(|part| {
-                    let bounds = part.compute_aabb(&isometry).loosened(0.5 * REACH);
-                    (part, bounds)
-                })
-                .collect(),
-            lowest: rig.lowest(pose),
-        }
+        let bounded = |part: &'a ConvexPolyhedron| (part, part.compute_aabb(&isometry).loosened(0.5 * REACH));
+        Self { pose: isometry, parts: rig.solids().iter().map(bounded).collect(), lowest: rig.lowest(pose) }
     }
 
     /// True if the other touches this from above and does not stand with a foot on the ground below; or for what hangs or is
@@ -50,7 +41,7 @@ impl Placed {
         let on_ground = other.lowest <= REACH;
         self.parts.iter().any(|(a, box_a)| {
             other.parts.iter().filter(|(_, box_b)| box_a.intersects(box_b)).any(|(b, _)| {
-                let touch = contact(&self.pose, a, &other.pose, b, REACH).ok().flatten();
+                let touch = contact(&self.pose, *a, &other.pose, *b, REACH).ok().flatten();
                 let from_above =
                     |touch: Contact| touch.normal1.y >= UPWARD && !(on_ground && touch.point1.y > other.lowest + REACH);
                 touch.is_some_and(|touch| from_anywhere || from_above(touch))
@@ -60,8 +51,9 @@ impl Placed {
 
     /// True if the other is within `REACH` of this.
     pub fn touches(&self, other: &Self) -> bool {
-        let near = |(a, box_a): &(ConvexPolyhedron, Aabb), (b, box_b): &(ConvexPolyhedron, Aabb)| {
-            box_a.intersects(box_b) && contact(&self.pose, a, &other.pose, b, REACH).is_ok_and(|touch| touch.is_some())
+        let near = |(a, box_a): &(&ConvexPolyhedron, Aabb), (b, box_b): &(&ConvexPolyhedron, Aabb)| {
+            box_a.intersects(box_b)
+                && contact(&self.pose, *a, &other.pose, *b, REACH).is_ok_and(|touch| touch.is_some())
         };
         self.parts.iter().any(|own| other.parts.iter().any(|part| near(own, part)))
     }
@@ -72,7 +64,7 @@ impl Placed {
         self.parts.iter().any(|(a, box_a)| {
             let moved = box_a.translated(shift);
             other.parts.iter().filter(|(_, box_b)| moved.intersects(box_b)).any(|(b, _)| {
-                contact(&pose, a, &other.pose, b, 0.0).ok().flatten().is_some_and(|touch| touch.dist < -depth)
+                contact(&pose, *a, &other.pose, *b, 0.0).ok().flatten().is_some_and(|touch| touch.dist < -depth)
             })
         })
     }

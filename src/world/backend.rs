@@ -36,6 +36,11 @@ pub trait Backend: Send + Sync {
         &[NarrowPhase::Twin]
     }
 
+    /// Candidates that keep all of it busy. Simulations of fewer may as well run beside others; one that comes in turn says 1.
+    fn busy_with(&self) -> usize {
+        1
+    }
+
     /// Steps every candidate of `starts` (candidate-major: `starts[candidate * bodies + body]`), at rest at first.
     /// `on_step` is called after every step.
     fn simulate(

@@ -158,6 +158,18 @@ impl World {
         }
     }
 
+    /// The same world in which some of the bodies that move do not.
+    pub fn holding(&self, held: impl Fn(usize) -> bool) -> Self {
+        let hold = |(index, body): (usize, &Body)| match held(index) {
+            true => Body { unit: STATIC, inverse_mass: 0.0, inverse_inertia: Vec3::ZERO, ..*body },
+            false => *body,
+        };
+        let bodies: Vec<Body> = self.bodies.iter().enumerate().map(hold).collect();
+        let moves = |pair: &&[u32; 2]| pair.iter().any(|&body| !bodies[body as usize].is_static());
+        let pairs = self.pairs.iter().filter(moves).copied().collect();
+        Self { bodies, pairs, ..self.clone() }
+    }
+
     /// Search dimensions: six per unit.
     pub fn dimensions(&self) -> usize {
         6 * self.units.len()
@@ -181,5 +193,29 @@ impl World {
     pub fn hulls_of(&self, body: usize) -> std::ops::Range<usize> {
         let b = &self.bodies[body];
         b.first_hull as usize..(b.first_hull + b.hull_count) as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_held_is_as_if_it_had_never_moved() {
+        let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5;
+        let def = |unit: u32| BodyDef {
+            parts: vec![(0..8).map(corner).collect(); 1 + unit.min(3) as usize],
+            mass: 2.0,
+            inertia: Vec3::new(0.1, 0.2, 0.3),
+            unit,
+            start: Pose::IDENTITY,
+            reference: Pose::IDENTITY,
+        };
+        let moving = [def(0), def(1), def(2), def(STATIC)];
+        let held = moving.clone().map(|def| BodyDef { unit: if def.unit == 1 { 1 } else { STATIC }, ..def });
+        let (world, wanted) = (World::new(&moving, &[0, 1, 2]).holding(|body| body != 1), World::new(&held, &[0, 1]));
+        assert_eq!((world.bodies, world.pairs), (wanted.bodies, wanted.pairs));
+        assert!(!world.hulls.hulls.is_empty() && world.hulls.hulls == wanted.hulls.hulls);
+        assert_eq!(world.capacities, wanted.capacities);
     }
 }

@@ -4,6 +4,7 @@ use super::{Layout, Opinions, trial::Trial};
 use crate::cpu::sample::sample;
 use crate::world::{BackendError, Stream};
 use glam::{DQuat, Vec3};
+use rayon::prelude::*;
 
 /// Copies that a round looks at.
 const COPIES: u32 = 64;
@@ -18,7 +19,10 @@ impl Opinions<'_> {
     /// for good, and take others along.
     pub(super) fn copies(&self, trial: &Trial, round: u32) -> Result<Vec<Layout>, BackendError> {
         let settled = |model| Ok(self.settled(model, std::slice::from_ref(&trial.layout))?.swap_remove(0));
-        let elsewhere: Vec<Layout> = self.models[1..].iter().map(settled).collect::<Result<_, BackendError>>()?;
+        let mut elsewhere: Vec<Layout> = Vec::new();
+        for models in self.models[1..].chunks(self.beside(1)) {
+            elsewhere.extend(models.par_iter().map(settled).collect::<Result<Vec<_>, BackendError>>()?);
+        }
         let places: Vec<Layout> =
             trial.astray.iter().map(|&object| self.run.free_places(object, &trial.layout)).collect();
         let copy = |copy| {

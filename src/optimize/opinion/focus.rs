@@ -21,8 +21,8 @@ impl Opinions<'_> {
         let known = trial.released.iter().zip(&moves);
         Self {
             run: self.run,
-            models: self.models.iter().map(|model| model.of(self.run, &group, &trial.layout)).collect(),
-            settling: self.settling.of(self.run, &group, &trial.layout),
+            models: self.models.iter().map(|model| model.of(&group)).collect(),
+            settling: self.settling.of(&group),
             known: known.map(|(known, moves)| if *moves { Release::default() } else { *known }).collect(),
             group,
         }

@@ -4,6 +4,8 @@ use super::Layout;
 use crate::optimize::{config::VerifySettings, groups::Group, rig::Rig, run::Run};
 use crate::world::{BodyDef, SimSettings, World};
 use glam::Vec2;
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// How steep the slopes are, rad (1.1°): other engines push what touches apart by tenths of a millimetre, and what stands on
 /// less than that falls there.
@@ -33,7 +35,7 @@ pub(super) const LEVEL_OTHERWISE: [usize; 2] = [1, LAPS[0]];
 /// All objects with the parts, masses and friction of a run, and its walls.
 #[derive(Clone)]
 pub(super) struct Model<'a> {
-    pub rigs: Vec<Rig>,
+    pub rigs: Arc<[Rig]>,
     pub walls: &'a [BodyDef],
     pub world: World,
     pub simulation: SimSettings,
@@ -50,7 +52,7 @@ impl<'a> Model<'a> {
         let slippery = SimSettings { friction: SLIPPERY * as_it_is.friction, ..as_it_is.clone() };
         let level = &run.config.verify;
         let on_slope = VerifySettings { seconds: level.seconds.min(ON_SLOPE_SECONDS), ..level.clone() };
-        let model = |rigs: Vec<Rig>, simulation: &SimSettings, check: &VerifySettings, price| Self {
+        let model = |(rigs, simulation, check, price): (Arc<[Rig]>, &SimSettings, &VerifySettings, f64)| Self {
             world: group.world(&rigs, &run.leant_on, layout, &run.seated),
             rigs,
             walls: &run.leant_on,
@@ -62,30 +64,30 @@ impl<'a> Model<'a> {
         let on_slopes = |rigs: &[Rig], price| {
             slopes.map(|slope| {
                 let rigs = rigs.iter().zip(layout).map(|(rig, pose)| rig.on_slope(pose, slope)).collect();
-                model(rigs, &slippery, &on_slope, price)
+                (rigs, &slippery, &on_slope, price)
             })
         };
         let stated = run.rigs.iter().zip(&run.scene.objects).map(|(rig, object)| rig.with_stated_mass(object.mass));
         let stated: Vec<Rig> = stated.collect();
-        let otherwise = |rigs: &Vec<Rig>| model(rigs.clone(), &as_it_is, level, MOVES_OTHERWISE);
+        let otherwise = |rigs: &[Rig]| (rigs.into(), &as_it_is, level, MOVES_OTHERWISE);
         let [similar, voxels] = &run.alternatives;
-        let mut models = vec![model(run.rigs.clone(), &as_it_is, level, MOVES), otherwise(similar)];
-        models.extend(on_slopes(&stated, MOVES));
-        models.extend(on_slopes(similar, MOVES_OTHERWISE_ON_SLOPE));
-        models.push(otherwise(voxels));
-        models.extend(on_slopes(voxels, MOVES_OTHERWISE_ON_SLOPE));
-        models
+        let mut runs = vec![(run.rigs[..].into(), &as_it_is, level, MOVES), otherwise(similar)];
+        runs.extend(on_slopes(&stated, MOVES));
+        runs.extend(on_slopes(similar, MOVES_OTHERWISE_ON_SLOPE));
+        runs.push(otherwise(voxels));
+        runs.extend(on_slopes(voxels, MOVES_OTHERWISE_ON_SLOPE));
+        runs.into_par_iter().map(model).collect()
     }
 
     /// The same run in which only the objects of `group` that move there do.
-    pub fn of(&self, run: &Run, group: &Group, layout: &Layout) -> Self {
-        Self { world: group.world(&self.rigs, self.walls, layout, &run.seated), ..self.clone() }
+    pub fn of(&self, group: &Group) -> Self {
+        Self { world: self.world.holding(|body| !group.moves(body)), ..self.clone() }
     }
 
     /// How copies settle: with the parts that the result names, and all walls.
     pub fn settling(run: &'a Run<'a>, group: &Group, layout: &Layout) -> Self {
         Self {
-            rigs: run.rigs.clone(),
+            rigs: run.rigs[..].into(),
             walls: &run.walls,
             world: group.world(&run.rigs, &run.walls, layout, &run.seated),
             simulation: run.config.fine(),

@@ -13,6 +13,7 @@ use crate::optimize::{
 };
 use crate::scene;
 use crate::world::{BackendError, Pose};
+use rayon::prelude::*;
 
 /// What an object costs that has lost its support, that has fallen over, and that has come to another level: rad, or so many
 /// times 17 cm.
@@ -112,20 +113,39 @@ impl Opinions<'_> {
         layouts: Vec<Layout>,
         mut released: Vec<Vec<Release>>,
     ) -> Result<Vec<Trial>, BackendError> {
-        for model @ Model { world, simulation, check, price, .. } in models {
+        let let_go = |model: &Model| {
             let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-            let checked = verify(self.run.backend, world, simulation, check, &starts)?;
-            let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
-            for ((motions, usable), released) in motions.zip(&mut released) {
-                for (body, object) in self.group.moving() {
-                    let motion = &motions[body];
-                    let stays = *usable && motion.is_within(CALM, check);
-                    released[object].moves += if stays { 0.0 } else { *price };
-                    released[object].farther += self.weighed(motion.drift, motion.turn) / self.models.len() as f64;
+            verify(self.run.backend, &model.world, &model.simulation, &model.check, &starts)
+        };
+        for models in models.chunks(self.beside(layouts.len())) {
+            let checked = models.par_iter().map(let_go).collect::<Result<Vec<_>, _>>()?;
+            for (Model { world, check, price, .. }, checked) in models.iter().zip(checked) {
+                let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
+                for ((motions, usable), released) in motions.zip(&mut released) {
+                    for (body, object) in self.group.moving() {
+                        let motion = &motions[body];
+                        let stays = *usable && motion.is_within(CALM, check);
+                        released[object].moves += if stays { 0.0 } else { *price };
+                        released[object].farther += self.weighed(motion.drift, motion.turn) / self.models.len() as f64;
+                    }
                 }
             }
         }
-        layouts.into_iter().zip(released).map(|(layout, released)| self.trial(layout, released)).collect()
+        let mut begun = layouts.into_iter().zip(released);
+        let mut trials = Vec::new();
+        loop {
+            let together: Vec<_> = begun.by_ref().take(self.beside(1)).collect();
+            if together.is_empty() {
+                return Ok(trials);
+            }
+            let judged = together.into_par_iter().map(|(layout, released)| self.trial(layout, released));
+            trials.extend(judged.collect::<Result<Vec<_>, _>>()?);
+        }
+    }
+
+    /// How many simulations of so many candidates each had best run beside one another.
+    pub(super) fn beside(&self, candidates: usize) -> usize {
+        (self.run.backend.busy_with() / candidates.max(1)).max(1)
     }
 
     fn trial(&self, layout: Layout, released: Vec<Release>) -> Result<Trial, BackendError> {

@@ -9,18 +9,14 @@ use crate::scene::Pose;
 use glam::{DVec3, Vec3};
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::Pose as Isometry;
-use parry3d::shape::{ConvexPolyhedron, Shape};
+use parry3d::shape::Shape;
 use std::f64::consts::TAU;
-
-/// The convex parts of an object in its body's frame.
-type Parts = Vec<ConvexPolyhedron>;
 
 /// Where objects are, for looking from one at the others.
 pub(super) struct Space<'a> {
     room: &'a Room,
     forms: &'a [Form],
     rigs: &'a [Rig],
-    parts: Vec<Parts>,
 }
 
 /// Where something that is put on a side has room.
@@ -35,8 +31,7 @@ pub(super) enum Place {
 
 impl<'a> Space<'a> {
     pub fn new(room: &'a Room, forms: &'a [Form], rigs: &'a [Rig]) -> Self {
-        let hulls = |rig: &Rig| rig.parts.iter().filter_map(|part| ConvexPolyhedron::from_convex_hull(part)).collect();
-        Self { room, forms, rigs, parts: rigs.iter().map(hulls).collect() }
+        Self { room, forms, rigs }
     }
 
     /// Looks for room for `moving` (the first is what hangs on the side, the others ride along) among the `others`: away
@@ -103,12 +98,12 @@ impl<'a> Space<'a> {
             Isometry::from_parts(body.translation, body.rotation)
         };
         let (at, there) = (place(object), place(other));
-        let boxes: Vec<Aabb> = self.parts[other].iter().map(|part| part.compute_aabb(&there)).collect();
-        for part in &self.parts[object] {
+        let boxes: Vec<Aabb> = self.rigs[other].solids().iter().map(|part| part.compute_aabb(&there)).collect();
+        for part in self.rigs[object].solids() {
             let start = part.compute_aabb(&at).loosened(2.0 * CLEARANCE);
             let end = Aabb::new(start.mins + direction * reach, start.maxs + direction * reach);
             let swept = start.merged(&end);
-            for (obstacle, bounds) in self.parts[other].iter().zip(&boxes) {
+            for (obstacle, bounds) in self.rigs[other].solids().iter().zip(&boxes) {
                 if swept.intersects(bounds)
                     && let Some([low, high]) = overlap_interval((&at, part), (&there, obstacle), direction, CLEARANCE)
                     && high > 0.0
