@@ -252,7 +252,8 @@ impl Backend for InTurn {
     }
 }
 
-/// Three crates that stand with their own parts and tip with others, each on a stone of its own.
+/// Three crates that stand with their own parts and tip with others, each on a stone of its own, and a board on its edge that
+/// falls on slopes.
 #[test]
 fn runs_beside_one_another_end_as_in_turn() {
     let mut boxes = Boxes::default();
@@ -265,6 +266,7 @@ fn runs_beside_one_another_end_as_in_turn() {
         let mass = &mut boxes.shapes[crate_].alternatives[i % 2].mass;
         mass.center += mass.axes * Vec3::X * 0.02;
     }
+    boxes.add("board", GROUND, Vec3::new(0.2, 0.3, 0.003), DVec3::new(0.0, 0.0, 3.0));
     let config = Config { second_opinion: true, ..frozen() };
     let with = |backend: &dyn Backend| {
         let mut watch = Watch::default();
