@@ -81,9 +81,10 @@ impl SearchProgress {
                 }
             }
             Event::Settling => self.stage("settling to rest"),
-            Event::Reconsidering { failing, .. } => {
+            Event::Reconsidering { failing, round: [round, most], .. } => {
                 self.stage(&format!(
-                    "searching once more: {failing} would move with other convex parts, lean or are off their supports"
+                    "searching once more, round {round} of {most} at most: {failing} would move with other convex parts, lean or \
+                     are off their supports"
                 ));
             }
             Event::Parting => self.stage("parting the meshes"),

@@ -44,6 +44,8 @@ pub enum Event<'a> {
     Reconsidering {
         /// How many objects that are.
         failing: usize,
+        /// Which round that is, from 1, and how many there are at most.
+        round: [u32; 2],
         /// Everything needed to go on from here.
         checkpoint: &'a super::Checkpoint,
     },

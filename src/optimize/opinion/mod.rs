@@ -70,7 +70,8 @@ impl<'a> Opinions<'a> {
         let mut flow = Flow::Continue;
         while progress.rounds < ROUNDS && progress.idle < PATIENCE && !best.failing.is_empty() {
             state.set_opinion(progress, &best.layout);
-            flow = observer.event(Event::Reconsidering { failing: best.failing.len(), checkpoint: state });
+            let (failing, round) = (best.failing.len(), [progress.rounds + 1, ROUNDS]);
+            flow = observer.event(Event::Reconsidering { failing, round, checkpoint: state });
             if flow == Flow::Stop {
                 break;
             }
