@@ -16,9 +16,9 @@ use crate::world::{BackendError, Pose};
 use rayon::prelude::*;
 
 /// What an object costs that has lost its support, that has fallen over, and that has come to another level: rad, or so many
-/// times 17 cm. To fall over costs more than to move in all runs with other parts: what lies on its side is not in the picture.
+/// times 17 cm.
 const LOST: f64 = 10.0;
-const FELL: f64 = 8.0;
+const FELL: f64 = 5.0;
 const ON_ANOTHER_LEVEL: f64 = 8.0;
 
 /// What is so much higher or lower than it was set onto its support is on another level, m: what other parts push off the
