@@ -47,7 +47,7 @@ fn room(boxes: &[(&str, [f32; 3], [f64; 3], Value)]) -> Room {
         };
         Shape {
             surface: Mesh::default(),
-            alternatives: [0, 1].map(|_| Alternative { parts: parts.clone(), mass: mass.clone() }),
+            alternatives: vec![Alternative { parts: parts.clone(), mass: mass.clone() }; 2],
             parts,
             mass,
             bounds: [-0.5 * size, 0.5 * size],

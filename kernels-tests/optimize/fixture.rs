@@ -166,7 +166,7 @@ impl Boxes {
         self.shapes.push(Shape {
             // Nothing to part: what the exact step does is tested by itself.
             surface: Mesh::default(),
-            alternatives: [0, 1].map(|_| Alternative { parts: parts.clone(), mass: mass.clone() }),
+            alternatives: vec![Alternative { parts: parts.clone(), mass: mass.clone() }; 2],
             parts,
             mass,
             bounds: [Vec3::ZERO; 2],

@@ -337,7 +337,7 @@ fn stand(center: f32) -> (Boxes, Outcome) {
     let parts = parts(center / 0.759);
     let mass = MassProperties::of(&parts, 2.0);
     let shape = &mut boxes.shapes[stand];
-    shape.alternatives = [0, 1].map(|_| Alternative { parts: parts.clone(), mass: mass.clone() });
+    shape.alternatives = vec![Alternative { parts: parts.clone(), mass: mass.clone() }; 2];
     (shape.parts, shape.mass) = (parts, mass);
     boxes.objects[stand].pose = Pose::IDENTITY;
     let config = Config { second_opinion: false, ..frozen() };

@@ -311,17 +311,19 @@ fn cache_gives_the_same_and_survives_damage() {
     let first = build(request.clone(), Some(&cache));
     assert_eq!(first.parts.len(), 2);
     assert_eq!(build(request.clone(), None), first, "not deterministic");
-    let entry = std::fs::read_dir(cache.directory()).unwrap().next().unwrap().unwrap().path();
-    let whole = std::fs::read(&entry).unwrap();
     assert_eq!(build(request.clone(), Some(&cache)), first);
-    // A canary: what is in the entry is what comes out.
-    let mut other = whole.clone();
-    let digit = other.iter().rposition(|b| *b == b'8').unwrap();
-    other[digit] = b'7';
-    for damaged in [&whole[..whole.len() / 2], &whole[..10], &[], &other] {
-        std::fs::write(&entry, damaged).unwrap();
-        assert_eq!(build(request.clone(), Some(&cache)), first);
-        assert_eq!(std::fs::read(&entry).unwrap(), whole, "not repaired");
+    for entry in std::fs::read_dir(cache.directory()).unwrap() {
+        let entry = entry.unwrap().path();
+        let whole = std::fs::read(&entry).unwrap();
+        // A canary: what is in the entry is what comes out.
+        let mut other = whole.clone();
+        let digit = other.iter().rposition(|b| *b == b'8').unwrap();
+        other[digit] = b'7';
+        for damaged in [&whole[..whole.len() / 2], &whole[..10], &[], &other] {
+            std::fs::write(&entry, damaged).unwrap();
+            assert_eq!(build(request.clone(), Some(&cache)), first);
+            assert_eq!(std::fs::read(&entry).unwrap(), whole, "not repaired");
+        }
     }
     // A file where the directory should be: a note, and the same shape.
     let blocked = Cache::new(request.mesh.clone());
@@ -331,6 +333,25 @@ fn cache_gives_the_same_and_survives_damage() {
     // The mass is no part of the entry.
     let heavy = build(ShapeRequest { mass: Some(7.0), ..request }, Some(&cache));
     assert_eq!((heavy.mass.mass, &heavy.parts), (7.0, &first.parts));
+}
+
+#[test]
+fn what_wants_no_second_opinions_has_the_same_parts() {
+    let directory = tempfile::tempdir().unwrap();
+    let (vertices, triangles) = cuboid([0.0; 3], [0.4, 0.05, 0.4]);
+    let request = of_file(obj(directory.path(), "seat.obj", &vertices, &triangles), "chair");
+    let cache = Cache::new(directory.path().join("cache"));
+    let entries = || std::fs::read_dir(cache.directory()).unwrap().count();
+    let without = ShapeSettings { alternatives: false, ..Default::default() };
+    let plain =
+        || build_shapes(std::slice::from_ref(&request), &without, Some(&cache), &|_, _, _| ()).unwrap().remove(0);
+    let first = plain();
+    assert_eq!((first.alternatives.len(), entries()), (0, 1));
+    let full = build(request.clone(), Some(&cache));
+    assert_eq!((full.alternatives.len(), entries()), (2, 2), "the parts are those that were there");
+    assert!(full.alternatives.iter().all(|other| !other.parts.is_empty()));
+    assert_eq!(Shape { alternatives: Vec::new(), ..full }, first);
+    assert_eq!(plain(), first);
 }
 
 #[test]

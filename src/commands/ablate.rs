@@ -137,7 +137,7 @@ fn subject(path: &Path, reference: Option<&Path>, outputs: &[PathBuf]) -> Result
     let (scene, meshes) = read(path)?;
     let mut canonical = scene.clone();
     canonicalize(&mut canonical, &meshes);
-    let stage = |scene: Scene| Ok::<_, Failure>(Stage { shapes: shapes::make(&scene)?, scene });
+    let stage = |scene: Scene| Ok::<_, Failure>(Stage { shapes: shapes::make(&scene, true)?, scene });
     Ok(Subject {
         name: scene.name.clone(),
         raw: stage(scene)?,

@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::refuse_to_overwrite(&scene, slice::from_ref(&file))?;
         output::check_writable(output::parent(&file))?;
     }
-    let subject = Subject::new(&scene, &shapes::make(&scene)?);
+    let subject = Subject::new(&scene, &shapes::make(&scene, false)?);
     let effort = Effort { candidates, seed: args.seed, seconds: args.seconds };
     if !args.sweep {
         let measured = measure(backend.as_ref(), &subject.world(), &SimSettings::default(), effort, &mut told)?;

@@ -84,7 +84,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn measure(path: &Path, reference: Option<&Path>, steps: u32, backend: &dyn Backend) -> Result<Metrics, Failure> {
     let (scene, meshes) = read(path)?;
     let reference = reference.map(read).transpose()?;
-    let rigs: Vec<Rig> = shapes::make(&scene)?.iter().map(Rig::new).collect();
+    let rigs: Vec<Rig> = shapes::make(&scene, false)?.iter().map(Rig::new).collect();
     let ours = (&scene, &meshes[..]);
     let theirs = reference.as_ref().map(|(scene, meshes)| (scene, &meshes[..]));
     Ok(Metrics {

@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let resume = if args.resume { read_checkpoint(&checkpoint)? } else { None };
     let canonicalization = canonical(&mut scene, args.canonicalize)?;
     let clock = Instant::now();
-    let shapes = shapes::make(&scene)?;
+    let shapes = shapes::make(&scene, true)?;
     let shape_seconds = clock.elapsed().as_secs_f64();
 
     let stop = interrupt::watch()?;

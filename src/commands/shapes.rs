@@ -8,16 +8,16 @@ use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::{Cache, Mesh, Shape, ShapeSettings, build_shapes, scaled_mesh};
 use std::time::Instant;
 
-/// Makes or finds the shapes, in the scene's order.
-pub fn make(scene: &Scene) -> Result<Vec<Shape>, Failure> {
+/// Makes or finds the shapes, in the scene's order; with what second opinions need, if they are wanted.
+pub fn make(scene: &Scene, alternatives: bool) -> Result<Vec<Shape>, Failure> {
+    let settings = ShapeSettings { alternatives, ..Default::default() };
     let requests = shape_requests(scene);
     let clock = Instant::now();
     let bar = progress::bar(requests.len() as u64, progress::SHORT);
-    let shapes =
-        build_shapes(&requests, &ShapeSettings::default(), Cache::default_location().as_ref(), &|done, _, name| {
-            bar.set_position(done as u64);
-            bar.set_message(format!("shapes {done}/{}: {name}", requests.len()));
-        });
+    let shapes = build_shapes(&requests, &settings, Cache::default_location().as_ref(), &|done, _, name| {
+        bar.set_position(done as u64);
+        bar.set_message(format!("shapes {done}/{}: {name}", requests.len()));
+    });
     bar.finish_and_clear();
     let shapes = shapes.map_err(|error| Failure::Input(format!("{}: {error}", scene.file.display())))?;
     for (i, shape) in shapes.iter().enumerate() {

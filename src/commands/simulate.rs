@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             canonicalize::apply(&mut scene)?;
         }
     }
-    let shapes = shapes::make(&scene)?;
+    let shapes = shapes::make(&scene, args.replay.is_some())?;
     let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
     let motion = match (&args.replay, &finished) {
         (Some(candidate), Some(run)) => replay::motion(&mut scene, &shapes, &rigs, backend.as_ref(), *candidate, run)?,

@@ -76,13 +76,14 @@ pub struct BroadPhase {
     pub marks: Vec<Mark>,
     /// For every body, true if its mark held, false if it was made anew.
     pub still: Vec<bool>,
-    /// Where every body was when its boxes were made.
+    /// Where every body was when its boxes were made; not a number before that.
     boxed: Vec<Pose>,
 }
 
 impl BroadPhase {
-    /// Forgets where contacts were found.
+    /// Forgets where boxes were made and contacts were found.
     pub fn forget(&mut self) {
+        self.boxed.clear();
         self.marks.clear();
     }
 
@@ -92,11 +93,11 @@ impl BroadPhase {
         self.still.clear();
         self.hulls.resize(world.hulls.hulls.len(), Bounds::EMPTY);
         self.bodies.resize(world.bodies.len(), Bounds::EMPTY);
-        self.boxed.resize(world.bodies.len(), Mark::NONE.pose);
+        self.boxed.resize(world.bodies.len(), Pose::new(Quat::from_xyzw(0.0, 0.0, 0.0, f32::NAN), Vec3::NAN));
         self.marks.resize(world.bodies.len(), Mark::NONE);
         let bodies = world.bodies.iter().zip(poses).zip(velocities).zip(&mut self.marks).enumerate();
         for (index, (((body, pose), velocity), mark)) in bodies {
-            // What never moves keeps its boxes.
+            // What is where it was keeps its boxes.
             if self.boxed[index] != *pose {
                 self.boxed[index] = *pose;
                 let turn = Mat3::from_quat(pose.rotation);
@@ -190,5 +191,36 @@ impl BroadPhase {
             }
         }
         count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::BodyDef;
+
+    #[test]
+    fn what_moved_has_its_boxes_where_it_is_and_all_else_keeps_them() {
+        let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
+        let shifted = |by: f32| (0..8).map(|i| corner(i) + by).collect::<Vec<Vec3>>();
+        let start = Pose::new(Quat::IDENTITY, Vec3::Y);
+        let parts = vec![shifted(0.0), shifted(2.0)];
+        let def = BodyDef { parts, mass: 1.0, inertia: Vec3::ONE, unit: 0, start, reference: start };
+        let world = World::new(&[def.clone(), def.clone(), def], &[0]);
+        let boxes = |phase: &mut BroadPhase, poses: &[Pose]| {
+            phase.update(&world, poses, &[Velocity::default(); 3], 0.01, 0.01);
+            phase.hulls.iter().chain(&phase.bodies).map(|bounds| [bounds.center, bounds.half]).collect::<Vec<_>>()
+        };
+        let turned = Pose::new(Quat::from_rotation_z(0.3), Vec3::new(3.0, 1.0, 0.0));
+        let mut used = BroadPhase::default();
+        let mut before = Vec::new();
+        for poses in [[start; 3], [start, turned, start], [turned, turned, start]] {
+            let now = boxes(&mut used, &poses);
+            assert_eq!(now, boxes(&mut BroadPhase::default(), &poses));
+            assert_ne!(now, before);
+            before = now;
+        }
+        used.forget();
+        assert_eq!(boxes(&mut used, &[turned, turned, start]), before);
     }
 }

@@ -142,7 +142,7 @@ mod tests {
         Shape {
             parts,
             mass,
-            alternatives: [alternative.clone(), alternative],
+            alternatives: vec![alternative; 2],
             surface: Mesh::default(),
             bounds: [Vec3::new(-0.1, 0.0, -0.1), Vec3::splat(0.1)],
             quality: Quality::default(),

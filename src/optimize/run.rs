@@ -81,8 +81,12 @@ impl<'a> Run<'a> {
     ) -> Result<Self, OptimizeError> {
         config.validate()?;
         let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
-        let first = shapes.iter().map(|shape| Rig::alternative(&shape.alternatives[0])).collect();
-        let second = shapes.iter().map(|shape| Rig::alternative(&shape.alternatives[1]));
+        let other = |shape: &Shape, which: usize| match shape.alternatives.get(which) {
+            Some(alternative) => Rig::alternative(alternative),
+            None => Rig::new(shape),
+        };
+        let first = shapes.iter().map(|shape| other(shape, 0)).collect();
+        let second = shapes.iter().map(|shape| other(shape, 1));
         let second = second.zip(&scene.objects).map(|(rig, object)| rig.with_stated_mass(object.mass)).collect();
         let input: Vec<scene::Pose> = scene.objects.iter().map(|object| object.pose).collect();
         let mut run = Self {

@@ -16,12 +16,13 @@ use super::{
 };
 use glam::{Quat, Vec3};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use std::cell::LazyCell;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 27";
+const ALGORITHM: &str = "shape 28";
 /// Most parts of an `Alternative`.
 const ALTERNATIVE_PARTS: usize = 16;
 /// Parts that leave more of the mesh than this share of its size uncovered are worth a note.
@@ -29,11 +30,11 @@ const UNCOVERED: f32 = 0.1;
 /// `up` within this cosine of an axis of the mesh means that axis: input poses are tilted, meshes seldom.
 const UP_SNAP: f32 = 0.8;
 
-/// What the cache holds of a shape: all but the mass, which depends on the category.
+/// What the cache holds of a shape: all but the mass, which depends on the category, and the alternatives, which have an entry
+/// of their own.
 #[derive(Clone, Serialize, Deserialize)]
 struct Entry {
     own: Body,
-    alternatives: [Body; 2],
     quality: Quality,
     notes: Vec<String>,
 }
@@ -97,12 +98,12 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
         request.convex_parts.iter().map(|file| read_scaled(request, "convex_parts", file)).collect::<Result<_, _>>()?;
     let up = snapped(request.up);
     let budget = part_budget(&request.category).min(settings.max_parts).max(1);
+    let all = ShapeSettings { alternatives: true, ..settings.clone() };
     let mut key = Key::default();
-    key.text(ALGORITHM).text(&format!("{settings:?} {budget} {up} {}", request.bears));
+    key.text(ALGORITHM).text(&format!("{all:?} {budget} {up} {}", request.bears));
     for mesh in std::iter::once(&mesh).chain(&given) {
         key.points(&mesh.vertices).triangles(&mesh.triangles);
     }
-    let key = key.finish();
     let (low, high) = hull::bounds(&corners(&mesh).into_iter().flatten().collect::<Vec<_>>());
     for (part, file) in given.iter().zip(&request.convex_parts) {
         let (part_low, part_high) = hull::bounds(&part.vertices);
@@ -111,34 +112,50 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
             return Err(ShapeError::Part { object: request.name.clone(), file: file.clone(), beyond });
         }
     }
+    let source = Source::new(&mesh, up, request.bears, settings);
     let mut warning = None;
-    let entry = match cache.and_then(|c| c.load::<Entry>(&key)) {
-        Some(entry) => entry,
-        None => {
-            let entry = compute(&mesh, &given, up, budget, request.bears, settings);
-            warning = cache.and_then(|c| c.store(&key, &entry).err());
-            entry
-        }
-    };
+    let entry = remembered(cache, &key.finish(), &mut warning, || source.entry(&given, budget));
     if entry.own.parts.is_empty() {
         let field = if given.is_empty() { "mesh" } else { "convex_parts" };
         return Err(ShapeError::Empty { object: request.name.clone(), field });
     }
+    let others: Vec<Body> = match settings.alternatives {
+        true => remembered(cache, &key.text("alternatives").finish(), &mut warning, || source.alternatives(&entry.own)),
+        false => Vec::new(),
+    };
     let mass = request.mass.unwrap_or_else(|| typical_mass(&request.category, entry.own.volume));
     let (parts, own) = entry.own.of_mass(mass);
     let alternative = |body: Body| {
         let (parts, mass) = body.of_mass(mass);
         Alternative { parts, mass }
     };
+    let alternatives = others.into_iter().map(alternative).collect();
+    // It borrows the mesh.
+    drop(source);
     Ok(Shape {
         parts,
         mass: own,
-        alternatives: entry.alternatives.map(alternative),
+        alternatives,
         surface: mesh,
         bounds: [low, high],
         quality: entry.quality,
         notes: entry.notes.into_iter().chain(warning).collect(),
     })
+}
+
+/// What the cache has under this key, or else what `compute` gives, which it has from then on.
+fn remembered<T: Serialize + DeserializeOwned>(
+    cache: Option<&Cache>,
+    key: &blake3::Hash,
+    warning: &mut Option<String>,
+    compute: impl FnOnce() -> T,
+) -> T {
+    if let Some(known) = cache.and_then(|cache| cache.load(key)) {
+        return known;
+    }
+    let made = compute();
+    *warning = cache.and_then(|cache| cache.store(key, &made).err()).or(warning.take());
+    made
 }
 
 /// Reads the mesh of a request and scales it to metres.
@@ -180,42 +197,71 @@ fn snapped(up: Vec3) -> Vec3 {
     if nearest.dot(up) >= UP_SNAP { nearest } else { up }
 }
 
-fn compute(mesh: &Mesh, given: &[Mesh], up: Vec3, budget: usize, bears: bool, settings: &ShapeSettings) -> Entry {
-    let triangles = corners(mesh);
-    let levels = Levels::new(triangles.iter().flatten().copied(), up);
-    let solid = Solid::new(&triangles, up, settings.cells);
-    let mut notes = Vec::new();
-    let mut hulls = if given.is_empty() {
-        decompose::decompose(&triangles, &solid, &levels, budget, bears, settings, &mut notes)
-    } else {
-        let points: Vec<Vec<Vec3>> = given.iter().map(|g| corners(g).into_iter().flatten().collect()).collect();
-        points.iter().enumerate().flat_map(|(i, points)| ready_made(i, points, &levels, settings, &mut notes)).collect()
-    };
-    largest_first(&mut hulls);
-    let axes = hull::principal_directions(triangles.as_flattened());
-    let extent = |axis: Vec3| {
-        let along = Levels::new(triangles.iter().flatten().copied(), axis);
-        along.high - along.low
-    };
-    if axes.into_iter().any(|a| extent(a) < hull::MIN_THICKNESS) {
-        notes.push(format!("flat: thickened to {:.1} mm", 1e3 * hull::MIN_THICKNESS));
+/// What parts are made of.
+struct Source<'a> {
+    mesh: &'a Mesh,
+    bears: bool,
+    settings: &'a ShapeSettings,
+    made: LazyCell<Made, Box<dyn FnOnce() -> Made + 'a>>,
+}
+
+/// A mesh's triangles, its heights and its inside; made when they are first asked for.
+type Made = (Vec<[Vec3; 3]>, Levels, Solid);
+
+impl<'a> Source<'a> {
+    fn new(mesh: &'a Mesh, up: Vec3, bears: bool, settings: &'a ShapeSettings) -> Self {
+        let make = move || {
+            let triangles = corners(mesh);
+            let levels = Levels::new(triangles.iter().flatten().copied(), up);
+            let solid = Solid::new(&triangles, up, settings.cells);
+            (triangles, levels, solid)
+        };
+        Self { mesh, bears, settings, made: LazyCell::new(Box::new(make)) }
     }
-    let quality = measure::measure(&hulls, &triangles, &solid, &levels);
-    let (low, high) = hull::bounds(triangles.as_flattened());
-    if 1e-3 * quality.uncovered_max_mm > UNCOVERED * (high - low).max_element() {
-        notes.push(format!("the parts leave up to {:.0} mm of the mesh uncovered", quality.uncovered_max_mm));
+
+    fn entry(&self, given: &[Mesh], budget: usize) -> Entry {
+        let (triangles, levels, solid) = &*self.made;
+        let Self { bears, settings, .. } = *self;
+        let mut notes = Vec::new();
+        let mut hulls = if given.is_empty() {
+            decompose::decompose(triangles, solid, levels, budget, bears, settings, &mut notes)
+        } else {
+            let points: Vec<Vec<Vec3>> = given.iter().map(|g| corners(g).into_iter().flatten().collect()).collect();
+            let ready = |(i, points): (usize, &Vec<Vec3>)| ready_made(i, points, levels, settings, &mut notes);
+            points.iter().enumerate().flat_map(ready).collect()
+        };
+        largest_first(&mut hulls);
+        let axes = hull::principal_directions(triangles.as_flattened());
+        let extent = |axis: Vec3| {
+            let along = Levels::new(triangles.iter().flatten().copied(), axis);
+            along.high - along.low
+        };
+        if axes.into_iter().any(|a| extent(a) < hull::MIN_THICKNESS) {
+            notes.push(format!("flat: thickened to {:.1} mm", 1e3 * hull::MIN_THICKNESS));
+        }
+        let quality = measure::measure(&hulls, triangles, solid, levels);
+        let (low, high) = hull::bounds(triangles.as_flattened());
+        if 1e-3 * quality.uncovered_max_mm > UNCOVERED * (high - low).max_element() {
+            notes.push(format!("the parts leave up to {:.0} mm of the mesh uncovered", quality.uncovered_max_mm));
+        }
+        Entry { quality, own: Body::new(hulls, given.is_empty()), notes }
     }
-    let settings = settings.alternative();
-    let coarse =
-        decompose::decompose(&triangles, &solid, &levels, ALTERNATIVE_PARTS, bears, &settings, &mut Vec::new());
-    let most = settings.max_vertices;
-    let voxels: Vec<Hull> =
-        voxels::decompose(mesh, ALTERNATIVE_PARTS).iter().map(|hull| reduce(hull, &levels, most, most)).collect();
-    let alternatives = [coarse, voxels].map(|mut others| {
-        largest_first(&mut others);
-        Body::new(if others.is_empty() { hulls.clone() } else { others }, false)
-    });
-    Entry { quality, own: Body::new(hulls, given.is_empty()), alternatives, notes }
+
+    /// The alternatives to `own`: by the same method, and by V-HACD; itself where one finds nothing.
+    fn alternatives(&self, own: &Body) -> Vec<Body> {
+        let (triangles, levels, solid) = &*self.made;
+        let settings = self.settings.alternative();
+        let coarse =
+            decompose::decompose(triangles, solid, levels, ALTERNATIVE_PARTS, self.bears, &settings, &mut Vec::new());
+        let most = settings.max_vertices;
+        let voxels = voxels::decompose(self.mesh, ALTERNATIVE_PARTS);
+        let voxels: Vec<Hull> = voxels.iter().map(|hull| reduce(hull, levels, most, most)).collect();
+        let body = |mut hulls: Vec<Hull>| {
+            largest_first(&mut hulls);
+            if hulls.is_empty() { own.clone() } else { Body::new(hulls, false) }
+        };
+        [coarse, voxels].map(body).into()
+    }
 }
 
 fn largest_first(hulls: &mut [Hull]) {

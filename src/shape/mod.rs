@@ -78,8 +78,8 @@ pub struct Shape {
     pub parts: Vec<Part>,
     /// Mass, centre and inertia of the parts at uniform density.
     pub mass: MassProperties,
-    /// Second opinions: by the same method, and by V-HACD.
-    pub alternatives: [Alternative; 2],
+    /// Second opinions: by the same method, and by V-HACD. None where `ShapeSettings` want none.
+    pub alternatives: Vec<Alternative>,
     /// The scaled mesh, m.
     pub surface: Mesh,
     /// Lowest and highest corner of the scaled mesh, m.
@@ -137,6 +137,8 @@ pub struct ShapeSettings {
     pub following_parts: usize,
     /// True: parts grow until they cover the mesh. False: their vertices lie on it.
     pub covering: bool,
+    /// True: the mesh is cut in other ways, too, for second opinions.
+    pub alternatives: bool,
 }
 
 impl ShapeSettings {
@@ -160,6 +162,7 @@ impl Default for ShapeSettings {
             extra_parts: 4,
             following_parts: 32,
             covering: true,
+            alternatives: true,
         }
     }
 }

@@ -36,7 +36,8 @@ pub trait Backend: Send + Sync {
         &[NarrowPhase::Twin]
     }
 
-    /// Candidates that keep all of it busy. Simulations of fewer may as well run beside others; one that comes in turn says 1.
+    /// Candidates that keep all of it busy: simulations of fewer may as well run beside one another, from several threads. A
+    /// backend that does one thing at a time says 1.
     fn busy_with(&self) -> usize {
         1
     }

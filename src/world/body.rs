@@ -158,16 +158,16 @@ impl World {
         }
     }
 
-    /// The same world in which some of the bodies that move do not.
+    /// The same world in which some of the bodies that move do not, to be simulated, not searched: the units stay, also those that
+    /// nothing belongs to any more, and so do the poses.
     pub fn holding(&self, held: impl Fn(usize) -> bool) -> Self {
-        let hold = |(index, body): (usize, &Body)| match held(index) {
-            true => Body { unit: STATIC, inverse_mass: 0.0, inverse_inertia: Vec3::ZERO, ..*body },
-            false => *body,
-        };
-        let bodies: Vec<Body> = self.bodies.iter().enumerate().map(hold).collect();
-        let moves = |pair: &&[u32; 2]| pair.iter().any(|&body| !bodies[body as usize].is_static());
-        let pairs = self.pairs.iter().filter(moves).copied().collect();
-        Self { bodies, pairs, ..self.clone() }
+        let mut world = self.clone();
+        for (_, body) in world.bodies.iter_mut().enumerate().filter(|(index, _)| held(*index)) {
+            *body = Body { unit: STATIC, inverse_mass: 0.0, inverse_inertia: Vec3::ZERO, ..*body };
+        }
+        let bodies = &world.bodies;
+        world.pairs.retain(|pair| pair.iter().any(|&body| !bodies[body as usize].is_static()));
+        world
     }
 
     /// Search dimensions: six per unit.
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_held_is_as_if_it_had_never_moved() {
+    fn what_is_held_is_simulated_as_if_it_had_never_moved() {
         let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5;
         let def = |unit: u32| BodyDef {
             parts: vec![(0..8).map(corner).collect(); 1 + unit.min(3) as usize],

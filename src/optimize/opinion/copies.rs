@@ -1,10 +1,9 @@
 //! Copies of a layout in which what does not stand is elsewhere.
 
-use super::{Layout, Opinions, trial::Trial};
+use super::{Layout, Opinions, runs::Model, trial::Trial};
 use crate::cpu::sample::sample;
 use crate::world::{BackendError, Stream};
 use glam::{DQuat, Vec3};
-use rayon::prelude::*;
 
 /// Copies that a round looks at.
 const COPIES: u32 = 64;
@@ -18,11 +17,8 @@ impl Opinions<'_> {
     /// the runs. What has lost its support is set onto it again in all, what leans or has fallen in half of them: it may do so
     /// for good, and take others along.
     pub(super) fn copies(&self, trial: &Trial, round: u32) -> Result<Vec<Layout>, BackendError> {
-        let settled = |model| Ok(self.settled(model, std::slice::from_ref(&trial.layout))?.swap_remove(0));
-        let mut elsewhere: Vec<Layout> = Vec::new();
-        for models in self.models[1..].chunks(self.beside(1)) {
-            elsewhere.extend(models.par_iter().map(settled).collect::<Result<Vec<_>, BackendError>>()?);
-        }
+        let settled = |model: &Model| Ok(self.settled(model, std::slice::from_ref(&trial.layout))?.swap_remove(0));
+        let elsewhere: Vec<Layout> = self.beside(1, &self.models[1..], settled)?;
         let places: Vec<Layout> =
             trial.astray.iter().map(|&object| self.run.free_places(object, &trial.layout)).collect();
         let copy = |copy| {

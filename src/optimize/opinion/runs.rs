@@ -33,7 +33,6 @@ pub(super) const LAPS: [usize; 2] = [10, 11];
 pub(super) const LEVEL_OTHERWISE: [usize; 2] = [1, LAPS[0]];
 
 /// All objects with the parts, masses and friction of a run, and its walls.
-#[derive(Clone)]
 pub(super) struct Model<'a> {
     pub rigs: Arc<[Rig]>,
     pub walls: &'a [BodyDef],
@@ -81,7 +80,14 @@ impl<'a> Model<'a> {
 
     /// The same run in which only the objects of `group` that move there do.
     pub fn of(&self, group: &Group) -> Self {
-        Self { world: self.world.holding(|body| !group.moves(body)), ..self.clone() }
+        Self {
+            rigs: Arc::clone(&self.rigs),
+            walls: self.walls,
+            world: self.world.holding(|body| !group.moves(body)),
+            simulation: self.simulation.clone(),
+            check: self.check.clone(),
+            price: self.price,
+        }
     }
 
     /// How copies settle: with the parts that the result names, and all walls.

@@ -113,39 +113,40 @@ impl Opinions<'_> {
         layouts: Vec<Layout>,
         mut released: Vec<Vec<Release>>,
     ) -> Result<Vec<Trial>, BackendError> {
-        let let_go = |model: &Model| {
+        let run = |model: &Model| {
             let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
             verify(self.run.backend, &model.world, &model.simulation, &model.check, &starts)
         };
-        for models in models.chunks(self.beside(layouts.len())) {
-            let checked = models.par_iter().map(let_go).collect::<Result<Vec<_>, _>>()?;
-            for (Model { world, check, price, .. }, checked) in models.iter().zip(checked) {
-                let motions = checked.motions.chunks_exact(world.bodies.len()).zip(&checked.usable);
-                for ((motions, usable), released) in motions.zip(&mut released) {
-                    for (body, object) in self.group.moving() {
-                        let motion = &motions[body];
-                        let stays = *usable && motion.is_within(CALM, check);
-                        released[object].moves += if stays { 0.0 } else { *price };
-                        released[object].farther += self.weighed(motion.drift, motion.turn) / self.models.len() as f64;
-                    }
+        let runs = self.beside(layouts.len(), models, run)?;
+        for (Model { world, check, price, .. }, run) in models.iter().zip(runs) {
+            let motions = run.motions.chunks_exact(world.bodies.len()).zip(&run.usable);
+            for ((motions, usable), released) in motions.zip(&mut released) {
+                for (body, object) in self.group.moving() {
+                    let motion = &motions[body];
+                    let stays = *usable && motion.is_within(CALM, check);
+                    released[object].moves += if stays { 0.0 } else { *price };
+                    released[object].farther += self.weighed(motion.drift, motion.turn) / self.models.len() as f64;
                 }
             }
         }
-        let mut begun = layouts.into_iter().zip(released);
-        let mut trials = Vec::new();
-        loop {
-            let together: Vec<_> = begun.by_ref().take(self.beside(1)).collect();
-            if together.is_empty() {
-                return Ok(trials);
-            }
-            let judged = together.into_par_iter().map(|(layout, released)| self.trial(layout, released));
-            trials.extend(judged.collect::<Result<Vec<_>, _>>()?);
-        }
+        let begun: Vec<(Layout, Vec<Release>)> = layouts.into_iter().zip(released).collect();
+        self.beside(1, &begun, |(layout, released)| self.trial(layout.clone(), released.clone()))
     }
 
-    /// How many simulations of so many candidates each had best run beside one another.
-    pub(super) fn beside(&self, candidates: usize) -> usize {
-        (self.run.backend.busy_with() / candidates.max(1)).max(1)
+    /// What `work` makes of the items, in their order. As many at a time beside one another as leave the backend room, if each
+    /// simulates so many candidates.
+    pub(super) fn beside<T: Sync, R: Send>(
+        &self,
+        candidates: usize,
+        items: &[T],
+        work: impl Fn(&T) -> Result<R, BackendError> + Sync,
+    ) -> Result<Vec<R>, BackendError> {
+        let at_once = (self.run.backend.busy_with() / candidates.max(1)).max(1);
+        let mut made = Vec::with_capacity(items.len());
+        for items in items.chunks(at_once) {
+            made.extend(items.par_iter().map(&work).collect::<Result<Vec<R>, _>>()?);
+        }
+        Ok(made)
     }
 
     fn trial(&self, layout: Layout, released: Vec<Release>) -> Result<Trial, BackendError> {
