@@ -312,8 +312,10 @@ fn cache_gives_the_same_and_survives_damage() {
     assert_eq!(first.parts.len(), 2);
     assert_eq!(build(request.clone(), None), first, "not deterministic");
     assert_eq!(build(request.clone(), Some(&cache)), first);
-    for entry in std::fs::read_dir(cache.directory()).unwrap() {
-        let entry = entry.unwrap().path();
+    let entries = std::fs::read_dir(cache.directory()).unwrap().map(|entry| entry.unwrap().path());
+    let entries: Vec<_> = entries.collect();
+    assert_eq!(entries.len(), 2);
+    for entry in entries {
         let whole = std::fs::read(&entry).unwrap();
         // A canary: what is in the entry is what comes out.
         let mut other = whole.clone();
@@ -352,6 +354,9 @@ fn what_wants_no_second_opinions_has_the_same_parts() {
     assert!(full.alternatives.iter().all(|other| !other.parts.is_empty()));
     assert_eq!(Shape { alternatives: Vec::new(), ..full }, first);
     assert_eq!(plain(), first);
+    // Alternatives are those of the mesh, whatever its own parts are.
+    build(ShapeRequest { category: "plant".into(), ..request.clone() }, Some(&cache));
+    assert_eq!(entries(), 3);
 }
 
 #[test]

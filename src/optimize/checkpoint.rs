@@ -188,7 +188,8 @@ fn hash_shapes(shapes: &[Shape]) -> String {
         hasher.update(bytemuck::bytes_of(&[mass.mass.to_bits(), shape.parts.len() as u32]));
         hasher.update(bytemuck::bytes_of(&[mass.center, mass.inertia]));
         hasher.update(bytemuck::bytes_of(&mass.axes));
-        for part in &shape.parts {
+        let others = shape.alternatives.iter().flat_map(|other| &other.parts);
+        for part in shape.parts.iter().chain(others) {
             hasher.update(&(part.vertices.len() as u64).to_le_bytes());
             hasher.update(bytemuck::cast_slice(&part.vertices));
         }

@@ -18,7 +18,7 @@ pub struct Rig {
     axes: DQuat,
     /// Convex parts in the body's frame, m.
     pub parts: Vec<Vec<Vec3>>,
-    /// Those with volume as parry takes them, made when they are first asked for.
+    /// The parts with volume as parry takes them, made when they are first asked for.
     solids: OnceLock<Vec<ConvexPolyhedron>>,
     mass: f32,
     /// Of the parts, m³.

@@ -14,7 +14,8 @@ use crate::shape::Shape;
 use crate::world::{Backend, BackendError, Best, BodyDef, Flow, MemoryPlan, Pose, SearchSettings, Stream};
 use std::time::Instant;
 
-/// Finds a layout near the scene's in which everything stands. `shapes` are the objects' shapes, in the scene's order.
+/// Finds a layout near the scene's in which everything stands. `shapes` are the objects' shapes, in the scene's order;
+/// without alternatives they are their own second opinion.
 ///
 /// The same scene, shapes, configuration, seed and backend give the same bits, also over any number of interruptions
 /// and resumptions. If no candidate of a group can be simulated the group keeps its layout and a note says so.

@@ -100,10 +100,12 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
     let budget = part_budget(&request.category).min(settings.max_parts).max(1);
     let all = ShapeSettings { alternatives: true, ..settings.clone() };
     let mut key = Key::default();
-    key.text(ALGORITHM).text(&format!("{all:?} {budget} {up} {}", request.bears));
-    for mesh in std::iter::once(&mesh).chain(&given) {
-        key.points(&mesh.vertices).triangles(&mesh.triangles);
-    }
+    key.text(ALGORITHM).text(&format!("{all:?} {up} {}", request.bears));
+    key.points(&mesh.vertices).triangles(&mesh.triangles);
+    // They do not depend on what follows.
+    let alternatives_key = key.finish();
+    key.text(&budget.to_string());
+    given.iter().for_each(|part| _ = key.points(&part.vertices).triangles(&part.triangles));
     let (low, high) = hull::bounds(&corners(&mesh).into_iter().flatten().collect::<Vec<_>>());
     for (part, file) in given.iter().zip(&request.convex_parts) {
         let (part_low, part_high) = hull::bounds(&part.vertices);
@@ -119,10 +121,11 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
         let field = if given.is_empty() { "mesh" } else { "convex_parts" };
         return Err(ShapeError::Empty { object: request.name.clone(), field });
     }
-    let others: Vec<Body> = match settings.alternatives {
-        true => remembered(cache, &key.text("alternatives").finish(), &mut warning, || source.alternatives(&entry.own)),
+    let others = match settings.alternatives {
+        true => remembered(cache, &alternatives_key, &mut warning, || source.alternatives()),
         false => Vec::new(),
     };
+    let others: Vec<Body> = others.into_iter().map(|body| body.unwrap_or_else(|| entry.own.clone())).collect();
     let mass = request.mass.unwrap_or_else(|| typical_mass(&request.category, entry.own.volume));
     let (parts, own) = entry.own.of_mass(mass);
     let alternative = |body: Body| {
@@ -197,7 +200,7 @@ fn snapped(up: Vec3) -> Vec3 {
     if nearest.dot(up) >= UP_SNAP { nearest } else { up }
 }
 
-/// What parts are made of.
+/// A mesh to be cut, and how.
 struct Source<'a> {
     mesh: &'a Mesh,
     bears: bool,
@@ -247,18 +250,18 @@ impl<'a> Source<'a> {
         Entry { quality, own: Body::new(hulls, given.is_empty()), notes }
     }
 
-    /// The alternatives to `own`: by the same method, and by V-HACD; itself where one finds nothing.
-    fn alternatives(&self, own: &Body) -> Vec<Body> {
+    /// The alternatives: by the same method, and by V-HACD; none where one finds nothing.
+    fn alternatives(&self) -> Vec<Option<Body>> {
         let (triangles, levels, solid) = &*self.made;
         let settings = self.settings.alternative();
         let coarse =
             decompose::decompose(triangles, solid, levels, ALTERNATIVE_PARTS, self.bears, &settings, &mut Vec::new());
         let most = settings.max_vertices;
         let voxels = voxels::decompose(self.mesh, ALTERNATIVE_PARTS);
-        let voxels: Vec<Hull> = voxels.iter().map(|hull| reduce(hull, levels, most, most)).collect();
+        let voxels = voxels.iter().map(|hull| reduce(hull, levels, most, most)).collect();
         let body = |mut hulls: Vec<Hull>| {
             largest_first(&mut hulls);
-            if hulls.is_empty() { own.clone() } else { Body::new(hulls, false) }
+            (!hulls.is_empty()).then(|| Body::new(hulls, false))
         };
         [coarse, voxels].map(body).into()
     }

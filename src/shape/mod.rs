@@ -78,7 +78,8 @@ pub struct Shape {
     pub parts: Vec<Part>,
     /// Mass, centre and inertia of the parts at uniform density.
     pub mass: MassProperties,
-    /// Second opinions: by the same method, and by V-HACD. None where `ShapeSettings` want none.
+    /// Two others: by the same method, and by V-HACD; the parts themselves where one finds nothing. None where `ShapeSettings`
+    /// want none.
     pub alternatives: Vec<Alternative>,
     /// The scaled mesh, m.
     pub surface: Mesh,
@@ -137,7 +138,7 @@ pub struct ShapeSettings {
     pub following_parts: usize,
     /// True: parts grow until they cover the mesh. False: their vertices lie on it.
     pub covering: bool,
-    /// True: the mesh is cut in other ways, too, for second opinions.
+    /// True: the mesh is cut in other ways, too, as `optimize` needs it.
     pub alternatives: bool,
 }
 
