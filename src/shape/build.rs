@@ -105,7 +105,9 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
     // They do not depend on what follows.
     let alternatives_key = key.finish();
     key.text(&budget.to_string());
-    given.iter().for_each(|part| _ = key.points(&part.vertices).triangles(&part.triangles));
+    for part in &given {
+        key.points(&part.vertices).triangles(&part.triangles);
+    }
     let (low, high) = hull::bounds(&corners(&mesh).into_iter().flatten().collect::<Vec<_>>());
     for (part, file) in given.iter().zip(&request.convex_parts) {
         let (part_low, part_high) = hull::bounds(&part.vertices);
