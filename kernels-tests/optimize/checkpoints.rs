@@ -83,6 +83,9 @@ fn a_checkpoint_of_another_run_is_refused() {
     let mut other = room();
     other.shapes[2].parts[0].vertices[0].x += 1e-4;
     refused(&other, &config(), 3, "convex parts");
+    let mut other = room();
+    other.shapes[2].alternatives[1].parts[0].vertices[0].x += 1e-4;
+    refused(&other, &config(), 3, "convex parts");
     assert!(matches!(Checkpoint::from_json("{\"version\": 1}"), Err(OptimizeError::Checkpoint(_))));
 }
 
