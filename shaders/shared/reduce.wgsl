@@ -20,18 +20,19 @@ struct Round {
     opposite_point: vec4<u32>,
 }
 
-// What a body rests on, and what it may land on.
+// What a body rests on, what it may roll onto, and what it may land on.
 struct Extremes {
     resting: Round,
+    rolling: Round,
     landing: Round,
 }
 
-// Extremes of both rounds.
-const EXTREMES: u32 = 16u;
+// Extremes of all rounds.
+const EXTREMES: u32 = 24u;
 
 fn no_extremes() -> Extremes {
     let none = Round(vec4(LOWEST), vec4(LOWEST), vec4(0u), vec4(0u));
-    return Extremes(none, none);
+    return Extremes(none, none, none);
 }
 
 fn offered(round: Round, along: vec4<f32>, penalty: f32, number: u32) -> Round {
@@ -50,14 +51,17 @@ fn offer(extremes: ptr<function, Extremes>, flat_point: vec2<f32>, height: f32, 
     let along = DIRECTIONS_X * flat_point.x + DIRECTIONS_Y * flat_point.y;
     let resting = RESTING_PENALTY * max(height - BEARING_HEIGHT, 0.0);
     (*extremes).resting = offered((*extremes).resting, along, resting, number);
+    (*extremes).rolling = offered((*extremes).rolling, along, ROLLING_PENALTY * height, number);
     (*extremes).landing = offered((*extremes).landing, along, LANDING_PENALTY * height, number);
 }
 
 fn extreme(extremes: Extremes, k: u32) -> u32 {
     let j = k & 3u;
-    let resting = select(extremes.resting.opposite_point[j], extremes.resting.point[j], (k & 4u) == 0u);
-    let landing = select(extremes.landing.opposite_point[j], extremes.landing.point[j], (k & 4u) == 0u);
-    return select(landing, resting, k < 8u);
+    let first = (k & 4u) == 0u;
+    let resting = select(extremes.resting.opposite_point[j], extremes.resting.point[j], first);
+    let rolling = select(extremes.rolling.opposite_point[j], extremes.rolling.point[j], first);
+    let landing = select(extremes.landing.opposite_point[j], extremes.landing.point[j], first);
+    return select(select(landing, rolling, k < 16u), resting, k < 8u);
 }
 
 // The `k`-th to be tried: extremes, then all points by their numbers.

@@ -51,8 +51,13 @@ pub const RESTING_PENALTY: f32 = 200.0;
 /// not flicker.
 pub const BEARING_HEIGHT: f32 = LINEAR_SLOP;
 
-/// The same as `RESTING_PENALTY` when the points on which a body may land are chosen: lowest at a lean of 45°. Without
-/// them a thin plate that falls on a corner swings through what it falls on.
+/// The same as `RESTING_PENALTY` when the points onto which a body may roll are chosen: lowest at a lean of 11°, by which a ball
+/// of 5 cm turns in a substep at 1.2 m/s. Without them a ball of many corners sinks in between those that it rests on and those
+/// that it may land on, and is braked.
+pub const ROLLING_PENALTY: f32 = 5.0;
+
+/// The same when the points on which a body may land are chosen: lowest at a lean of 45°. Without them a thin plate that falls on
+/// a corner swings through what it falls on.
 pub const LANDING_PENALTY: f32 = 1.0;
 
 /// Patches kept per body pair. With fewer than six or so, a cone slips through the ring that holds it.

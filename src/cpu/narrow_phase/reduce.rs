@@ -1,7 +1,7 @@
 //! Chooses the few of many contact points that support a body as well as all of them.
 
 use super::MAX_MANIFOLD_POINTS;
-use crate::world::constants::{BEARING_HEIGHT, LANDING_PENALTY, RESTING_PENALTY, SAME_POINT};
+use crate::world::constants::{BEARING_HEIGHT, LANDING_PENALTY, RESTING_PENALTY, ROLLING_PENALTY, SAME_POINT};
 use glam::{Vec3, Vec4};
 
 /// Directions in which the farthest point is kept, four at a time (x, y): unit vectors at equal angles, turned so that
@@ -29,10 +29,10 @@ impl Selection {
 }
 
 /// Chooses at most `MAX_MANIFOLD_POINTS` of `count` points, each given as position and separation (m): the farthest one
-/// across `normal` in each of as many fixed directions, twice. The first round finds what a body rests on and counts
-/// a point as nearer by `RESTING_PENALTY` times its height above the deepest; the second fills the places that are left
-/// with what the body may land on, where height costs only `LANDING_PENALTY`. If there are places left after that, whatever
-/// else bears gets them: a blunt corner may be the farthest in no direction.
+/// across `normal` in each of as many fixed directions, three times. The first round finds what a body rests on and counts
+/// a point as nearer by `RESTING_PENALTY` times its height above the deepest; the others fill the places that are left
+/// with what the body may roll onto, where height costs only `ROLLING_PENALTY`, and what it may land on (`LANDING_PENALTY`). If
+/// there are places left after that, whatever else bears gets them: a blunt corner may be the farthest in no direction.
 ///
 /// Directions and preferences are fixed, so that the same points are kept in the same order from step to step and keep
 /// their impulses. Points closer than `SAME_POINT` are one.
@@ -44,12 +44,13 @@ pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) 
     let [u, v] = tangents(normal);
     let deepest = (0..count).map(|i| point(i).1).fold(f32::INFINITY, f32::min);
     // For each round, how far the farthest points reach, and their numbers.
-    let mut farthest = [[[Vec4::NEG_INFINITY, Vec4::ZERO]; DIRECTIONS.len()]; 2];
+    let mut farthest = [[[Vec4::NEG_INFINITY, Vec4::ZERO]; DIRECTIONS.len()]; 3];
     for i in 0..count {
         let (p, separation) = point(i);
         let (x, y) = (u.dot(p), v.dot(p));
         let height = separation - deepest;
-        let penalties = [RESTING_PENALTY * (height - BEARING_HEIGHT).max(0.0), LANDING_PENALTY * height];
+        let resting = RESTING_PENALTY * (height - BEARING_HEIGHT).max(0.0);
+        let penalties = [resting, ROLLING_PENALTY * height, LANDING_PENALTY * height];
         for (penalty, round) in penalties.into_iter().zip(&mut farthest) {
             for ([across, along], [reach, number]) in DIRECTIONS.into_iter().zip(round) {
                 let distance = across * x + along * y - penalty;
