@@ -5,6 +5,7 @@
 
 use super::convex_hull::{HullMesh, convex_hull, sound_hull};
 use super::eigen::symmetric_eigen;
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::{DMat3, DVec3, Vec3, Vec4};
 
 /// Least thickness of a part, m. Half of it lies on either side of a flat sheet: under a millimetre from the surface.
@@ -42,7 +43,7 @@ impl Hull {
         if points.len() <= directions.len() {
             return Self::new(points);
         }
-        let mut chosen: Vec<u32> = directions.iter().map(|&d| support(points, d)).collect();
+        let mut chosen = supports(points, directions);
         chosen.sort_unstable();
         chosen.dedup();
         let chosen: Vec<Vec3> = chosen.into_iter().map(|i| points[i as usize]).collect();
@@ -175,16 +176,39 @@ pub(super) fn directions(count: usize) -> Vec<Vec3> {
     Vec3::AXES.into_iter().flat_map(|a| [a, -a]).chain(spread).collect()
 }
 
-/// Index of the point farthest along `direction`, the first of equals.
-pub(super) fn support(points: &[Vec3], direction: Vec3) -> u32 {
-    let mut best = (f32::NEG_INFINITY, 0);
-    for (i, p) in points.iter().enumerate() {
-        let along = direction.dot(*p);
-        if along > best.0 {
-            best = (along, i as u32);
+/// For every direction the index of the point farthest along it, the first of equals; with the widest vectors that the processor
+/// has, because a decomposition asks for millions.
+pub(super) fn supports(points: &[Vec3], directions: &[Vec3]) -> Vec<u32> {
+    dispatch!(Level::new(), simd => simd.vectorize(
+        #[inline(always)]
+        || farthest(points, directions),
+    ))
+}
+
+#[inline(always)]
+fn farthest(points: &[Vec3], directions: &[Vec3]) -> Vec<u32> {
+    const LANES: usize = 16;
+    let Some(&first) = points.first() else { return vec![0; directions.len()] };
+    // The last block is filled up with the first point, which has come before.
+    let blocks: Vec<[[f32; LANES]; 3]> = (points.chunks(LANES))
+        .map(|chunk| [0, 1, 2].map(|axis| std::array::from_fn(|lane| chunk.get(lane).unwrap_or(&first)[axis])))
+        .collect();
+    let mut found = Vec::with_capacity(directions.len());
+    for direction in directions {
+        let (mut reach, mut block) = ([f32::NEG_INFINITY; LANES], [0_u32; LANES]);
+        for (number, [x, y, z]) in (0..).zip(&blocks) {
+            for lane in 0..LANES {
+                let along = direction.x * x[lane] + direction.y * y[lane] + direction.z * z[lane];
+                let farther = along > reach[lane];
+                reach[lane] = if farther { along } else { reach[lane] };
+                block[lane] = if farther { number } else { block[lane] };
+            }
         }
+        let index = |lane: usize| block[lane] * LANES as u32 + lane as u32;
+        let better = |a: usize, b: usize| if (reach[b], index(a)) > (reach[a], index(b)) { b } else { a };
+        found.push(index((1..LANES).fold(0, better)));
     }
-    best.1
+    found
 }
 
 /// Leaves out points that are surely inside, and thins a dense scan: the hull costs more than linear in the points.
@@ -192,7 +216,7 @@ fn extremes(points: &[Vec3]) -> Vec<Vec3> {
     if points.len() < 512 {
         return points.to_vec();
     }
-    let seeds: Vec<Vec3> = directions(58).iter().map(|&d| points[support(points, d) as usize]).collect();
+    let seeds: Vec<Vec3> = supports(points, &directions(58)).into_iter().map(|i| points[i as usize]).collect();
     let Some(inner) = Hull::solid(&seeds) else {
         return points.to_vec();
     };

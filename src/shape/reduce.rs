@@ -4,7 +4,7 @@
 //! smaller, never larger. On the planes on which an object rests, or on which others rest on it, a shortfall tilts
 //! and sinks things, so it counts several times there.
 
-use super::hull::{Hull, directions, support};
+use super::hull::{Hull, directions, supports};
 use glam::Vec3;
 
 /// A hull with at most `soft` vertices may fall short of the full one by this much, m.
@@ -53,12 +53,14 @@ impl Levels {
 /// The hull of at most `hard` of the hull's vertices, of at most `soft` if that is accurate enough.
 pub(super) fn reduce(hull: &Hull, levels: &Levels, soft: usize, hard: usize) -> Hull {
     let all = &hull.vertices;
-    let mut chosen: Vec<u32> = directions(8).iter().chain(&[levels.up, -levels.up]).map(|&d| support(all, d)).collect();
+    let mut probes = directions(8);
+    probes.extend([levels.up, -levels.up]);
+    let mut chosen = supports(all, &probes);
     chosen.sort_unstable();
     chosen.dedup();
-    let supports: Vec<bool> = all.iter().map(|&v| levels.is_foot(v) || levels.is_top(v)).collect();
+    let bears: Vec<bool> = all.iter().map(|&v| levels.is_foot(v) || levels.is_top(v)).collect();
     let weighed =
-        |i: usize, short: f32| if supports[i] && short > SUPPORT_TOLERANCE { SUPPORT_WEIGHT * short } else { short };
+        |i: usize, short: f32| if bears[i] && short > SUPPORT_TOLERANCE { SUPPORT_WEIGHT * short } else { short };
     loop {
         let points: Vec<Vec3> = chosen.iter().map(|&i| all[i as usize]).collect();
         let Some(reduced) = Hull::new(&points) else {

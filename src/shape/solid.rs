@@ -9,6 +9,7 @@
 mod fill;
 
 use super::hull::Hull;
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::Vec3;
 
 /// Keeps the grid of a mesh without extent finite, m.
@@ -163,7 +164,15 @@ impl Solid {
     }
 
     /// Calls `visit(start of the column's sums, from, to)` with the span of every column within the hull, in cells.
-    fn columns(&self, hull: &Hull, mut visit: impl FnMut(usize, f32, f32)) {
+    fn columns(&self, hull: &Hull, visit: impl FnMut(usize, f32, f32)) {
+        dispatch!(Level::new(), simd => simd.vectorize(
+            #[inline(always)]
+            || self.spans(hull, visit),
+        ));
+    }
+
+    #[inline(always)]
+    fn spans(&self, hull: &Hull, mut visit: impl FnMut(usize, f32, f32)) {
         let [a, b, c] = self.order;
         let (low, high) = hull.bounds();
         let range = |axis: usize| {

@@ -5,7 +5,7 @@
 //! are evenly spaced and, above all, the planes of large flat facets: the underside of a table top is where it parts
 //! from its legs. What a cut disconnects (four legs) falls apart at once.
 
-use super::hull::{Hull, MIN_THICKNESS, directions, plane_sides, support};
+use super::hull::{Hull, MIN_THICKNESS, directions, plane_sides, supports};
 use super::solid::Solid;
 use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -333,6 +333,6 @@ pub(super) fn outline(hull: &Hull, probes: &[Vec3]) -> Vec<Vec3> {
     if hull.vertices.len() <= probes.len() {
         return hull.vertices.clone();
     }
-    let chosen: BTreeSet<u32> = probes.iter().map(|&d| support(&hull.vertices, d)).collect();
+    let chosen: BTreeSet<u32> = supports(&hull.vertices, probes).into_iter().collect();
     chosen.into_iter().map(|i| hull.vertices[i as usize]).collect()
 }
