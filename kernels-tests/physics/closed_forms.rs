@@ -117,7 +117,7 @@ pub fn a_lever_weighs_half_a_percent(backend: &dyn Backend) {
 /// `LINEAR_SLOP`, so the large one stands on 2 cm of its rim, whose front brakes; the small one turns by up to 20° between two
 /// searches for contacts.
 pub fn a_ball_rolls(backend: &dyn Backend) {
-    for (radius, degrees, tolerance) in [(0.5f32, 10.0f32, 0.05), (0.05, 20.0, 0.19)] {
+    for (radius, degrees, tolerance, most_slip) in [(0.5f32, 10.0f32, 0.05, 0.01), (0.05, 20.0, 0.19, 0.05)] {
         for settings in both(backend, 60).map(undamped) {
             let inertia = Vec3::splat(0.4 * radius * radius);
             let s = on_slope(rising(degrees), sliced_ball(radius, 24, 7), 1.0, inertia, radius);
@@ -131,7 +131,7 @@ pub fn a_ball_rolls(backend: &dyn Backend) {
             let slip = (speed - radius * velocities[1].angular.z).abs() / speed;
             measured("slip of the rolling ball, share of its speed", slip, 0);
             assert!((rolled - exact).abs() < tolerance * exact, "{radius} m: rolled {rolled} m, expected {exact}");
-            assert!(slip < 0.05, "{radius} m: slips by {slip} of its speed");
+            assert!(slip < most_slip, "{radius} m: slips by {slip} of its speed");
         }
     }
 }

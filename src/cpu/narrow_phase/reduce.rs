@@ -31,8 +31,9 @@ impl Selection {
 /// Chooses at most `MAX_MANIFOLD_POINTS` of `count` points, each given as position and separation (m): the farthest one
 /// across `normal` in each of as many fixed directions, three times. The first round finds what a body rests on and counts
 /// a point as nearer by `RESTING_PENALTY` times its height above the deepest; the others fill the places that are left
-/// with what the body may roll onto, where height costs only `ROLLING_PENALTY`, and what it may land on (`LANDING_PENALTY`). If
-/// there are places left after that, whatever else bears gets them: a blunt corner may be the farthest in no direction.
+/// first with what the body may roll onto, where height costs only `ROLLING_PENALTY`, then with what it may land on
+/// (`LANDING_PENALTY`). If there are places left after that, whatever else bears gets them: a blunt corner may be the farthest
+/// in no direction.
 ///
 /// Directions and preferences are fixed, so that the same points are kept in the same order from step to step and keep
 /// their impulses. Points closer than `SAME_POINT` are one.
