@@ -115,7 +115,7 @@ pub fn a_lever_weighs_half_a_percent(backend: &dyn Backend) {
 
 /// A solid ball accelerates with 5/7 g sin θ. These have 168 corners around their equator. They roll slower: a contact may sink by
 /// `LINEAR_SLOP`, so the large one stands on 2 cm of its rim, whose front brakes; the small one turns by up to 20° between two
-/// searches for contacts.
+/// searches for contacts, and loses 16 %. Without points onto which it may roll it loses 22 %, and slips by 8 % of its speed.
 pub fn a_ball_rolls(backend: &dyn Backend) {
     for (radius, degrees, tolerance, most_slip) in [(0.5f32, 10.0f32, 0.05, 0.01), (0.05, 20.0, 0.19, 0.05)] {
         for settings in both(backend, 60).map(undamped) {

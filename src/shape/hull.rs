@@ -306,3 +306,33 @@ fn boxed(points: &[Vec3]) -> Vec<Vec3> {
     let sign = |i: usize, bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
     (0..8).map(|i| center + half * Vec3::new(sign(i, 0), sign(i, 1), sign(i, 2))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The first of the points farthest along a direction, one after the other.
+    fn first_farthest(points: &[Vec3], direction: Vec3) -> u32 {
+        let farther = |(reach, at): (f32, u32), (i, p): (u32, &Vec3)| {
+            let along = direction.dot(*p);
+            if along > reach { (along, i) } else { (reach, at) }
+        };
+        (0..).zip(points).fold((f32::NEG_INFINITY, 0), farther).1
+    }
+
+    proptest! {
+        /// Of coarse coordinates many points are equally far, and some are no numbers.
+        #[test]
+        fn supports_are_the_first_of_the_farthest(
+            coarse in prop::collection::vec(prop::array::uniform3(-3i8..=3), 0..70),
+            lost in prop::collection::vec(0usize..70, 0..3),
+        ) {
+            let mut points: Vec<Vec3> = coarse.iter().map(|c| Vec3::from(c.map(f32::from))).collect();
+            lost.iter().filter(|&&i| i < coarse.len()).for_each(|&i| points[i].y = f32::NAN);
+            let directions = directions(20);
+            let expected: Vec<u32> = directions.iter().map(|&d| first_farthest(&points, d)).collect();
+            prop_assert_eq!(supports(&points, &directions), expected);
+        }
+    }
+}
