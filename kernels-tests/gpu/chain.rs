@@ -3,7 +3,7 @@
 use super::Test;
 use super::fixture::{Device, compare, world};
 use libtest_mimic::Failed;
-use rest3d_gpu::cpu::{CpuSearch, Record, Rollout};
+use rest3d_gpu::cpu::{CpuSearch, GoesOn, Record, Rollout};
 use rest3d_gpu::gpu::{Download, Population, Recorder};
 use rest3d_gpu::world::{CemSettings, Pose, Search, SearchSettings, Stream, Winner, World};
 
@@ -23,7 +23,7 @@ impl Rollout for Frozen {
 
     fn scratch(&self) {}
 
-    fn run(&self, (): &mut (), placed: &[Pose], _: u32, records: &mut [Record]) {
+    fn run(&self, (): &mut (), placed: &[Pose], _: u32, records: &mut [Record], _: &GoesOn<'_>) {
         records[0].settled.copy_from_slice(placed);
     }
 }

@@ -1,7 +1,7 @@
 //! Scenes of boxes, and a simulator without forces.
 
 use glam::{DQuat, DVec3, Quat, Vec3};
-use rest3d_gpu::cpu::search::{CpuSearch, Record, Rollout};
+use rest3d_gpu::cpu::search::{CpuSearch, GoesOn, Record, Rollout};
 use rest3d_gpu::optimize::{Checkpoint, Config, Event, Observer, OptimizeError, Outcome, run};
 use rest3d_gpu::scene::{self, Parent, Root, Scene};
 use rest3d_gpu::shape::{Alternative, MassProperties, Mesh, Part, Shape};
@@ -34,7 +34,7 @@ impl Rollout for Slide<'_> {
 
     fn scratch(&self) {}
 
-    fn run(&self, (): &mut (), placed: &[Pose], _: u32, records: &mut [Record]) {
+    fn run(&self, (): &mut (), placed: &[Pose], _: u32, records: &mut [Record], _: &GoesOn<'_>) {
         let record = &mut records[0];
         for ((settled, placed), body) in record.settled.iter_mut().zip(placed).zip(&self.0.bodies) {
             *settled = *placed;

@@ -1,7 +1,8 @@
 //! Kernel `energy`: what one simulated candidate costs (the paper's four terms), summed in the order of the bodies.
 
 use crate::world::{
-    Energy, EnergyWeights, PenetrationMode, Pose, Status, Velocity, World, angle_between, constants::TOUCHING_DEPTH,
+    Energy, EnergyWeights, PenetrationMode, Pose, Status, Velocity, World, angle_between,
+    constants::{PRUNING_MARGIN, TOUCHING_DEPTH},
 };
 
 /// What the simulation of one candidate left behind.
@@ -43,6 +44,30 @@ pub fn energy(world: &World, weights: &EnergyWeights, trial: &Trial<'_>) -> Ener
         + weights.layout * layout;
     let usable = trial.status.is_usable() && total.is_finite();
     Energy { total: if usable { total } else { f32::INFINITY }, stability, velocity, penetration, layout }
+}
+
+/// What a candidate costs at least, whatever comes after its placement and, from step τ on, its velocities then (`snapshot`,
+/// nought before): where it settles is off its placement or off the reference by their distance in all. Short of it by what
+/// rounding may add.
+pub fn least(
+    world: &World,
+    weights: &EnergyWeights,
+    placed: &[Pose],
+    snapshot: &[Velocity],
+    depths_placed: &[f32],
+) -> f32 {
+    let position = weights.stability.min(weights.layout * weights.position);
+    let turn = weights.stability.min(weights.layout);
+    let mut total = weights.penetration * penetration(depths_placed, weights);
+    for (i, body) in world.bodies.iter().enumerate() {
+        if !body.is_static() {
+            let (placed, reference) = (&placed[i], &world.reference[i]);
+            total += position * placed.translation.distance(reference.translation);
+            total += turn * angle_between(placed.rotation, reference.rotation);
+            total += weights.velocity * snapshot[i].linear.length();
+        }
+    }
+    total - PRUNING_MARGIN * (1.0 + total)
 }
 
 /// Cost of the overlaps of one layout: the number of body pairs deeper than the touching tolerance, or their depth

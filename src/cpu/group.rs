@@ -2,6 +2,7 @@
 
 use super::{
     clock::{Clock, Kernel},
+    lineup::Lineup,
     narrow_phase::Separator,
     simulate::{Scratch, Workspace},
     solve::Solver,
@@ -56,9 +57,7 @@ impl Stepper {
 
 /// Some candidates that advance together; made once per thread and reused.
 pub struct Group {
-    workspaces: Vec<Workspace>,
-    /// The others are spare.
-    running: usize,
+    lineup: Lineup,
     stepper: Stepper,
 }
 
@@ -74,27 +73,32 @@ impl Group {
     }
 
     fn stepped_by(stepper: Stepper, world: &World, candidates: usize) -> Self {
-        let workspaces = (0..candidates).map(|_| Workspace::new(world)).collect();
-        Self { workspaces, running: candidates, stepper }
+        Self { lineup: Lineup::new(world, candidates), stepper }
     }
 
     /// Forgets the last candidates: the bodies are at rest at `placed`, candidate after candidate; nothing touches yet.
     pub fn start(&mut self, placed: &[Pose]) {
-        let bodies = self.workspaces[0].poses.len().max(1);
-        self.running = placed.len() / bodies;
-        for (workspace, placed) in self.workspaces[..self.running].iter_mut().zip(placed.chunks_exact(bodies)) {
-            workspace.start(placed);
-        }
+        self.lineup.start(placed);
     }
 
-    /// The candidates that `start` was given.
+    /// The candidates that `start` was given, but those that have ended.
     pub fn candidates(&self) -> &[Workspace] {
-        &self.workspaces[..self.running]
+        self.lineup.workspaces()
     }
 
     /// The same.
     pub fn candidates_mut(&mut self) -> &mut [Workspace] {
-        &mut self.workspaces[..self.running]
+        self.lineup.workspaces_mut()
+    }
+
+    /// The same, with the number that each had among them all.
+    pub fn running_mut(&mut self) -> impl Iterator<Item = (usize, &mut Workspace)> {
+        self.lineup.running_mut()
+    }
+
+    /// Ends the candidates for which `goes_on` is false.
+    pub fn retain(&mut self, goes_on: impl FnMut(usize, &mut Workspace) -> bool) {
+        self.lineup.retain(goes_on);
     }
 
     /// Advances by one step of `dt`.
@@ -104,7 +108,7 @@ impl Group {
 
     /// The same, and tells `clock` of every part.
     pub fn step_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
-        self.stepper.step((world, settings, narrow), &mut self.workspaces[..self.running], clock);
+        self.stepper.step((world, settings, narrow), self.lineup.workspaces_mut(), clock);
     }
 
     /// Finds the contacts of the next substep.
@@ -114,12 +118,12 @@ impl Group {
 
     /// The same, and tells `clock` of every part and of what it found.
     pub fn collide_timed(&mut self, world: &World, settings: &SimSettings, narrow: &Separator, clock: &mut impl Clock) {
-        self.stepper.collide((world, settings, narrow), &mut self.workspaces[..self.running], clock);
+        self.stepper.collide((world, settings, narrow), self.lineup.workspaces_mut(), clock);
     }
 
     /// Advances by one substep with the contacts at hand.
     pub fn solve(&mut self, world: &World, settings: &SimSettings) {
-        self.stepper.solver.substep(&world.bodies, settings, &mut self.workspaces[..self.running]);
+        self.stepper.solver.substep(&world.bodies, settings, self.lineup.workspaces_mut());
     }
 }
 

@@ -7,6 +7,7 @@ pub mod contacts;
 pub mod elites;
 pub mod energy;
 mod group;
+mod lineup;
 pub mod moments;
 pub mod narrow_phase;
 pub mod place;
@@ -21,7 +22,7 @@ pub mod stats;
 
 pub use group::Group;
 pub use raster::CpuPainter;
-pub use search::{CpuSearch, Record, Rollout};
+pub use search::{CpuSearch, GoesOn, Record, Rollout};
 pub use simulate::Workspace;
 
 use crate::world::{
@@ -164,28 +165,36 @@ impl Rollout for Simulator<'_> {
         Group::new(self.world, Group::best())
     }
 
-    fn run(&self, group: &mut Group, placed: &[Pose], steps: u32, records: &mut [Record]) {
+    fn run(&self, group: &mut Group, placed: &[Pose], steps: u32, records: &mut [Record], goes_on: &GoesOn<'_>) {
         let Self { world, simulation, narrow } = self;
         group.start(placed);
-        for (candidate, record) in group.candidates_mut().iter_mut().zip(&mut *records) {
+        group.retain(|number, candidate| {
+            let record = &mut records[number];
             candidate.measure_depths(world, narrow, &mut record.depths_placed);
             record.snapshot.fill(Velocity::default());
-        }
-        for step in 0..steps {
+            record.steps = 0;
+            steps == 0 || goes_on(number, record)
+        });
+        for step in 1..=steps {
             group.step(world, simulation, narrow);
-            if step + 1 == simulation.snapshot_step {
-                for (candidate, record) in group.candidates().iter().zip(&mut *records) {
+            if step == simulation.snapshot_step {
+                group.retain(|number, candidate| {
+                    let record = &mut records[number];
                     record.snapshot.copy_from_slice(&candidate.velocities);
-                }
+                    record.steps = step;
+                    step == steps || goes_on(number, record)
+                });
             }
         }
-        for (candidate, record) in group.candidates_mut().iter_mut().zip(records) {
+        for (number, candidate) in group.running_mut() {
+            let record = &mut records[number];
             match steps {
                 0 => record.depths_settled.copy_from_slice(&record.depths_placed),
                 _ => candidate.measure_depths(world, narrow, &mut record.depths_settled),
             }
             record.settled.copy_from_slice(&candidate.poses);
             record.status = candidate.status;
+            record.steps = steps;
         }
     }
 }

@@ -3,11 +3,14 @@
 //!
 //! Candidates run in parallel, each writing to its own slots, so threads cannot change the result. All buffers are made
 //! at the start. Poses are not kept: the winner is simulated again when it is asked for, which gives the same bits.
+//!
+//! A round needs its best candidates only. Large rounds go in waves, and what is sure to cost more than the worst of the best up
+//! to now is given up, as placed or after step τ (`energy::least`): the best stay the same to the bit.
 
 use super::{
     best::best,
     elites::elites,
-    energy::{Trial, energy},
+    energy::{Trial, energy, least},
     group::{Group, at_once},
     moments::moments,
     place::place,
@@ -19,6 +22,7 @@ use crate::world::{
     Velocity, Winner, World,
 };
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The simulator as the search needs it: some candidates at once, from placement to rest.
@@ -36,13 +40,26 @@ pub trait Rollout: Sync {
     fn scratch(&self) -> Self::Scratch;
 
     /// Simulates so many steps from `placed` (one pose a body, candidate after candidate), at rest at first, and fills the
-    /// candidates' `records`.
-    fn run(&self, scratch: &mut Self::Scratch, placed: &[Pose], steps: u32, records: &mut [Record]);
+    /// candidates' `records`. It may ask at placement and after step τ whether a candidate goes on; one that does not has a record
+    /// as far as it came.
+    fn run(
+        &self,
+        scratch: &mut Self::Scratch,
+        placed: &[Pose],
+        steps: u32,
+        records: &mut [Record],
+        goes_on: &GoesOn<'_>,
+    );
 }
+
+/// Sees the number of a candidate among those that are run together, and its record up to now.
+pub type GoesOn<'a> = dyn Fn(usize, &Record) -> bool + 'a;
 
 /// What a rollout writes of a candidate.
 #[derive(Clone, Debug)]
 pub struct Record {
+    /// Steps that it was simulated for.
+    pub steps: u32,
     /// Pose of every body after the last step.
     pub settled: Vec<Pose>,
     /// Velocity of every body after step τ.
@@ -54,6 +71,26 @@ pub struct Record {
     /// What went wrong.
     pub status: Status,
 }
+
+/// What came of a candidate.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    energy: Energy,
+    status: Status,
+    /// Steps that it was simulated for.
+    steps: u32,
+}
+
+impl Found {
+    /// Of a candidate that was given up after so many steps.
+    fn given_up(steps: u32) -> Self {
+        Self { energy: Winner::NONE.energy, status: Status::default(), steps }
+    }
+}
+
+/// Fewest candidates of a wave, and most waves of a round: at the end of each, threads wait for one another.
+const LEAST_WAVE: usize = 256;
+const MOST_WAVES: usize = 8;
 
 /// Buffers of one thread.
 struct Worker<S> {
@@ -85,7 +122,9 @@ pub struct CpuSearch<'a, R: Rollout> {
     rounds: Vec<Round>,
     /// The candidates of a round, and what came of them.
     chosen: Vec<u32>,
-    found: Vec<(Energy, Status)>,
+    found: Vec<Found>,
+    /// Steps of candidates in this iteration.
+    steps: u64,
     elites: Vec<u32>,
     distribution: Distribution,
     floor: Vec<f32>,
@@ -99,6 +138,7 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
         let candidates = settings.cem.drawn() as usize;
         let bodies = world.bodies.len();
         let record = Record {
+            steps: 0,
             settled: world.start.clone(),
             snapshot: vec![Velocity::default(); bodies],
             depths_placed: vec![0.0; world.pairs.len()],
@@ -113,6 +153,7 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
         let workers = (0..rayon::current_num_threads()).map(|_| Mutex::new(worker())).collect();
         let distribution = settings.cem.initial(world.units.len());
         let floor = distribution.std.iter().map(|std| settings.cem.std_floor * std).collect();
+        let rounds = settings.rounds();
         Self {
             world,
             settings,
@@ -123,9 +164,10 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
             energies: vec![Winner::NONE.energy; candidates],
             statuses: vec![Status::default(); candidates],
             order: vec![0; candidates],
-            rounds: settings.rounds(),
+            rounds,
             chosen: Vec::with_capacity(candidates),
-            found: vec![(Winner::NONE.energy, Status::default()); candidates],
+            found: vec![Found::given_up(0); candidates],
+            steps: 0,
             elites: Vec::with_capacity(candidates),
             distribution,
             floor,
@@ -143,40 +185,66 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
         });
     }
 
-    /// Simulates the chosen candidates; all others are out.
-    fn simulate(&mut self, steps: u32) {
+    /// Simulates the chosen candidates of a round in waves and ranks them; all others are out. Gives how many of the best `wanted`,
+    /// which alone matter, are usable.
+    fn play(&mut self, round: usize, wanted: usize) -> usize {
+        self.energies.iter_mut().for_each(|energy| energy.total = f32::INFINITY);
+        let steps = self.rounds[round].steps;
+        let all = self.chosen.len();
+        let wave = if self.settings.cem.prune && steps > 0 { all.div_ceil(MOST_WAVES).max(LEAST_WAVE) } else { all };
+        let (mut usable, mut cutoff) = (0, f32::INFINITY);
+        for first in (0..all).step_by(wave) {
+            self.simulate(first..all.min(first + wave), steps, cutoff);
+            usable = elites(&self.energies, wanted, &mut self.order);
+            cutoff = self.energies[self.order[wanted - 1] as usize].total;
+        }
+        usable
+    }
+
+    /// Simulates some of the chosen candidates, but those that are sure to cost more than `cutoff`.
+    fn simulate(&mut self, wave: Range<usize>, steps: u32, cutoff: f32) {
         let width = self.world.dimensions();
         let Self { world, settings, rollout, workers, deltas, chosen, found, .. } = self;
+        let (chosen, found) = (&chosen[wave.clone()], &mut found[wave]);
         let size = at_once(chosen.len(), rollout.at_once());
         chosen.par_chunks(size).zip(found.par_chunks_mut(size)).for_each(|(chosen, found)| {
             let deltas = chosen.iter().map(|&candidate| &deltas[candidate as usize * width..][..width]);
             let worker = &mut *lock(&workers[rayon::current_thread_index().unwrap_or(0) % workers.len()]);
-            let evaluated = worker.evaluate(world, settings, (rollout, steps), deltas);
+            let evaluated = worker.evaluate(world, settings, (rollout, steps, cutoff), deltas);
             evaluated.zip(found).for_each(|(evaluated, found)| *found = evaluated);
         });
-        self.energies.iter_mut().for_each(|energy| energy.total = f32::INFINITY);
-        for (&candidate, found) in self.chosen.iter().zip(&self.found) {
-            (self.energies[candidate as usize], self.statuses[candidate as usize]) = *found;
+        for (&candidate, found) in chosen.iter().zip(&*found) {
+            (self.energies[candidate as usize], self.statuses[candidate as usize]) = (found.energy, found.status);
+            self.steps += u64::from(found.steps);
         }
     }
 }
 
 impl<S> Worker<S> {
-    /// Runs the candidates with these adjustments; energies and what went wrong.
+    /// Runs the candidates with these adjustments for so many steps, but those that are sure to cost more than a cutoff.
     fn evaluate<'d, R: Rollout<Scratch = S>>(
         &mut self,
         world: &World,
         settings: &SearchSettings,
-        (rollout, steps): (&R, u32),
+        (rollout, steps, cutoff): (&R, u32, f32),
         deltas: impl ExactSizeIterator<Item = &'d [f32]>,
-    ) -> impl Iterator<Item = (Energy, Status)> {
+    ) -> impl Iterator<Item = Found> {
         let (bodies, candidates) = (world.bodies.len(), deltas.len());
         let (placed, records) = (&mut self.placed[..candidates * bodies], &mut self.records[..candidates]);
         for (delta, placed) in deltas.zip(placed.chunks_exact_mut(bodies)) {
             place(world, delta, placed);
         }
-        rollout.run(&mut self.scratch, placed, steps, records);
-        records.iter().zip(placed.chunks_exact(bodies)).map(|(record, placed)| {
+        records.iter_mut().for_each(|record| record.steps = steps);
+        let least = |placed: &[Pose], record: &Record| {
+            least(world, &settings.energy, placed, &record.snapshot, &record.depths_placed)
+        };
+        rollout.run(&mut self.scratch, placed, steps, records, &|number, record| {
+            cutoff == f32::INFINITY || least(&placed[number * bodies..][..bodies], record) <= cutoff
+        });
+        records.iter().zip(placed.chunks_exact(bodies)).map(move |(record, placed)| {
+            if record.steps < steps {
+                return Found::given_up(record.steps);
+            }
             let trial = Trial {
                 placed,
                 settled: &record.settled,
@@ -185,7 +253,7 @@ impl<S> Worker<S> {
                 depths_settled: &record.depths_settled,
                 status: record.status,
             };
-            (energy(world, &settings.energy, &trial), record.status)
+            Found { energy: energy(world, &settings.energy, &trial), status: record.status, steps }
         })
     }
 }
@@ -204,15 +272,15 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
         self.draw();
         let wanted = self.settings.cem.elite_count() as usize;
         let mut usable = 0;
+        self.steps = 0;
         for round in 0..self.rounds.len() {
-            let Round { candidates, steps } = self.rounds[round];
+            let candidates = self.rounds[round].candidates;
             self.chosen.clear();
             match round {
                 0 => self.chosen.extend(0..candidates),
                 _ => self.chosen.extend_from_slice(&self.order[..candidates as usize]),
             }
-            self.simulate(steps);
-            usable = elites(&self.energies, wanted, &mut self.order);
+            usable = self.play(round, self.rounds.get(round + 1).map_or(wanted, |next| next.candidates as usize));
         }
         best(
             &self.energies,
@@ -238,6 +306,7 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
             iteration_best: self.energies[self.order[0] as usize].total,
             elite_mean: elite_mean(&self.energies, &self.elites, &self.winner),
             flagged: flags(&self.statuses),
+            steps: self.steps,
         };
         self.iteration += 1;
         Ok(stats)
@@ -269,7 +338,7 @@ impl<R: Rollout> Search for CpuSearch<'_, R> {
         let Winner { energy, iteration, candidate } = self.winner;
         let delta = self.deltas[self.energies.len() * self.world.dimensions()..].to_vec();
         let mut worker = lock(&self.workers[0]);
-        let to_the_end = (&self.rollout, self.settings.simulation.steps);
+        let to_the_end = (&self.rollout, self.settings.simulation.steps, f32::INFINITY);
         worker.evaluate(self.world, self.settings, to_the_end, [&delta[..]].into_iter()).for_each(drop);
         Ok(Some(Best {
             energy,

@@ -203,8 +203,14 @@ impl Search for GpuSearch<'_> {
         let Stats { best, iteration_best, elite_mean } = self.stats.take(self.gpu)?[0];
         self.distribution = Distribution { mean: self.mean.take(self.gpu)?, std: self.std.take(self.gpu)? };
         self.timer.as_ref().map_or(Ok(()), |timer| timer.collect(self.gpu))?;
-        let stats =
-            IterationStats { iteration: self.iteration, best, iteration_best, elite_mean, flagged: flags.counts };
+        let stats = IterationStats {
+            iteration: self.iteration,
+            best,
+            iteration_best,
+            elite_mean,
+            flagged: flags.counts,
+            steps: self.settings.steps(),
+        };
         self.iteration += 1;
         Ok(stats)
     }

@@ -16,6 +16,8 @@ pub(super) struct Searched {
     pub best: Option<Best>,
     /// Candidates with each status bit.
     pub flagged: [u64; Status::NAMES.len()],
+    /// Steps that candidates were simulated for, and those of all that might have been.
+    pub steps: [u64; 2],
     /// True if the observer ended it.
     pub stopped: bool,
     /// What each kernel took, ms.
@@ -36,6 +38,7 @@ pub(super) fn search(
     let cem = &settings.cem;
     let mut search = backend.search(world, settings, stream)?;
     let mut flagged = [0; Status::NAMES.len()];
+    let mut steps = [0; 2];
     let mut stopped = false;
     let mut second = second.map(|mean| Distribution { mean, ..cem.initial(world.units.len()) });
     let mut first: Option<(f32, Distribution)> = None;
@@ -50,6 +53,7 @@ pub(super) fn search(
             for (sum, count) in flagged.iter_mut().zip(stats.flagged) {
                 *sum += u64::from(count);
             }
+            steps = [steps[0] + stats.steps, steps[1] + settings.steps()];
             stopped = on_iteration(&stats, search.as_ref()) == Flow::Stop;
             if stopped || stats.best.total < cem.stop_energy {
                 break 'episodes;
@@ -70,7 +74,7 @@ pub(super) fn search(
         }
     }
     let kernels = search.kernel_times();
-    Ok(Searched { best: search.best()?, flagged, stopped, kernels })
+    Ok(Searched { best: search.best()?, flagged, steps, stopped, kernels })
 }
 
 /// A later episode starts from the last one's distribution, widened where it has become narrow.

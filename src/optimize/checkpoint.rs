@@ -11,7 +11,7 @@ use blake3::Hasher;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// State of a run between two groups, or between two rounds of its second opinion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -93,6 +93,8 @@ pub struct GroupRecord {
     pub winner: Option<(u32, u32)>,
     /// Candidates with each status bit, summed over the iterations.
     pub flagged: [u64; Status::NAMES.len()],
+    /// Steps that candidates were simulated for, and those of all that might have been (`CemSettings::prune`).
+    pub steps: [u64; 2],
     /// s.
     pub seconds: f64,
     /// What each kernel took, ms; empty where the backend does not tell.

@@ -239,6 +239,7 @@ impl<'a> Run<'a> {
             best: searched.best.as_ref().map(|best| best.energy),
             winner: searched.best.as_ref().map(|best| (best.iteration, best.candidate)),
             flagged: searched.flagged,
+            steps: searched.steps,
             seconds: clock.elapsed().as_secs_f64(),
             kernels: searched.kernels,
         });

@@ -139,6 +139,9 @@ pub(super) struct Group<'a> {
     /// Iteration and candidate, for a replay.
     winner: Option<(u32, u32)>,
     status: BTreeMap<&'static str, u64>,
+    /// Steps of candidates: simulated, and without pruning.
+    candidate_steps: u64,
+    candidate_steps_unpruned: u64,
     seconds: f64,
 }
 
@@ -279,12 +282,15 @@ fn object<'a>(name: &'a str, shape: &'a Shape, config: &Config, outcome: &Object
 }
 
 fn group(record: &GroupRecord) -> Group<'_> {
+    let [candidate_steps, candidate_steps_unpruned] = record.steps;
     Group {
         name: &record.name,
         units: &record.units,
         best: record.best,
         winner: record.winner,
         status: named(&record.flagged),
+        candidate_steps,
+        candidate_steps_unpruned,
         seconds: record.seconds,
     }
 }

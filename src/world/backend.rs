@@ -150,6 +150,11 @@ impl SearchSettings {
     pub fn rounds(&self) -> Vec<Round> {
         self.cem.rounds(self.simulation.steps)
     }
+
+    /// Steps of candidates in an iteration if none is given up.
+    pub fn steps(&self) -> u64 {
+        self.rounds().iter().map(|round| u64::from(round.candidates) * u64::from(round.steps)).sum()
+    }
 }
 
 /// Names the random numbers of one search: same stream, same samples, whatever K or the machine.
@@ -228,6 +233,8 @@ pub struct IterationStats {
     pub elite_mean: f32,
     /// Candidates whose status has each bit of `Status::NAMES`.
     pub flagged: [u32; Status::NAMES.len()],
+    /// Steps that candidates were simulated for, all together.
+    pub steps: u64,
 }
 
 /// JSON has no infinity: it is written as null.

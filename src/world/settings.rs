@@ -162,6 +162,8 @@ pub struct CemSettings {
     pub short_steps: u32,
     /// Share of the K that then go on, no fewer than the elites.
     pub finalists: f32,
+    /// The CPU backend gives up candidates that are sure to cost more than the elites, with the same result.
+    pub prune: bool,
 }
 
 impl Default for CemSettings {
@@ -183,6 +185,7 @@ impl Default for CemSettings {
             draws: 1,
             short_steps: 0,
             finalists: 0.25,
+            prune: true,
         }
     }
 }
