@@ -2,7 +2,7 @@
 
 use crate::world::{
     Energy, EnergyWeights, PenetrationMode, Pose, Status, Velocity, World, angle_between,
-    constants::{PRUNING_MARGIN, TOUCHING_DEPTH},
+    constants::{PRUNING_ANGLE, PRUNING_SHARE, TOUCHING_DEPTH},
 };
 
 /// What the simulation of one candidate left behind.
@@ -47,8 +47,8 @@ pub fn energy(world: &World, weights: &EnergyWeights, trial: &Trial<'_>) -> Ener
 }
 
 /// What a candidate costs at least, whatever comes after its placement and, from step τ on, its velocities then (`snapshot`,
-/// nought before): where it settles is off its placement or off the reference by their distance in all. Short of it by what
-/// rounding may add.
+/// nought before): where it settles is off its placement or off the reference by their distance in all. Short of it by more than
+/// rounding adds.
 pub fn least(
     world: &World,
     weights: &EnergyWeights,
@@ -63,11 +63,11 @@ pub fn least(
         if !body.is_static() {
             let (placed, reference) = (&placed[i], &world.reference[i]);
             total += position * placed.translation.distance(reference.translation);
-            total += turn * angle_between(placed.rotation, reference.rotation);
+            total += turn * (angle_between(placed.rotation, reference.rotation) - PRUNING_ANGLE).max(0.0);
             total += weights.velocity * snapshot[i].linear.length();
         }
     }
-    total - PRUNING_MARGIN * (1.0 + total)
+    total * (1.0 - PRUNING_SHARE)
 }
 
 /// Cost of the overlaps of one layout: the number of body pairs deeper than the touching tolerance, or their depth

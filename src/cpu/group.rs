@@ -81,7 +81,7 @@ impl Group {
         self.lineup.start(placed);
     }
 
-    /// The candidates that `start` was given, but those that have ended.
+    /// The candidates that `start` was given, but those that have ended; in their order as long as none has.
     pub fn candidates(&self) -> &[Workspace] {
         self.lineup.workspaces()
     }

@@ -172,7 +172,7 @@ impl Rollout for Simulator<'_> {
             let record = &mut records[number];
             candidate.measure_depths(world, narrow, &mut record.depths_placed);
             record.snapshot.fill(Velocity::default());
-            record.steps = 0;
+            (record.steps, record.status) = (0, candidate.status);
             steps == 0 || goes_on(number, record)
         });
         for step in 1..=steps {
@@ -181,7 +181,7 @@ impl Rollout for Simulator<'_> {
                 group.retain(|number, candidate| {
                     let record = &mut records[number];
                     record.snapshot.copy_from_slice(&candidate.velocities);
-                    record.steps = step;
+                    (record.steps, record.status) = (step, candidate.status);
                     step == steps || goes_on(number, record)
                 });
             }
@@ -193,8 +193,7 @@ impl Rollout for Simulator<'_> {
                 _ => candidate.measure_depths(world, narrow, &mut record.depths_settled),
             }
             record.settled.copy_from_slice(&candidate.poses);
-            record.status = candidate.status;
-            record.steps = steps;
+            (record.steps, record.status) = (steps, candidate.status);
         }
     }
 }

@@ -5,7 +5,7 @@
 //! at the start. Poses are not kept: the winner is simulated again when it is asked for, which gives the same bits.
 //!
 //! A round needs its best candidates only. Large rounds go in waves, and what is sure to cost more than the worst of the best up
-//! to now is given up, as placed or after step τ (`energy::least`): the best stay the same to the bit.
+//! to then is given up, as placed or after step τ (`energy::least`): the best stay the same to the bit.
 
 use super::{
     best::best,
@@ -40,8 +40,8 @@ pub trait Rollout: Sync {
     fn scratch(&self) -> Self::Scratch;
 
     /// Simulates so many steps from `placed` (one pose a body, candidate after candidate), at rest at first, and fills the
-    /// candidates' `records`. It may ask at placement and after step τ whether a candidate goes on; one that does not has a record
-    /// as far as it came.
+    /// candidates' `records`. It may ask at placement (with a snapshot of noughts) and after step τ whether a candidate goes on. The
+    /// record of one that does not says so by fewer `steps`, and what had gone wrong until then; else `steps` is as it was.
     fn run(
         &self,
         scratch: &mut Self::Scratch,
@@ -82,14 +82,13 @@ struct Found {
 }
 
 impl Found {
-    /// Of a candidate that was given up after so many steps.
-    fn given_up(steps: u32) -> Self {
-        Self { energy: Winner::NONE.energy, status: Status::default(), steps }
-    }
+    /// Of a candidate that has not been simulated to the end.
+    const NOTHING: Self = Self { energy: Winner::NONE.energy, status: Status(0), steps: 0 };
 }
 
-/// Fewest candidates of a wave, and most waves of a round: at the end of each, threads wait for one another.
-const LEAST_WAVE: usize = 256;
+/// Fewest candidates of a wave (of the last one fewer), and most waves of a round. At the end of each, threads wait for one
+/// another; and 64 of them are to have all of their lanes full.
+const LEAST_WAVE: usize = 1024;
 const MOST_WAVES: usize = 8;
 
 /// Buffers of one thread.
@@ -102,7 +101,7 @@ struct Worker<S> {
 
 /// About how many bytes a search holds: numbers for every candidate, simulation slots for every thread's group.
 pub fn bytes(world: &World, candidates: u32) -> u64 {
-    let row = 4 * world.dimensions() + 2 * size_of::<(Energy, Status)>() + 12;
+    let row = 4 * world.dimensions() + size_of::<(Energy, Status)>() + size_of::<Found>() + 12;
     let slots = rayon::current_num_threads() * Group::best();
     (u64::from(candidates) + 1) * row as u64 + slots as u64 * world.slot_bytes()
 }
@@ -166,7 +165,7 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
             order: vec![0; candidates],
             rounds,
             chosen: Vec::with_capacity(candidates),
-            found: vec![Found::given_up(0); candidates],
+            found: vec![Found::NOTHING; candidates],
             steps: 0,
             elites: Vec::with_capacity(candidates),
             distribution,
@@ -243,7 +242,7 @@ impl<S> Worker<S> {
         });
         records.iter().zip(placed.chunks_exact(bodies)).map(move |(record, placed)| {
             if record.steps < steps {
-                return Found::given_up(record.steps);
+                return Found { status: record.status, steps: record.steps, ..Found::NOTHING };
             }
             let trial = Trial {
                 placed,

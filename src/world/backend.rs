@@ -179,7 +179,7 @@ pub struct Distribution {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize)]
 pub struct Energy {
-    /// Weighted sum; +∞ for a candidate whose simulation failed.
+    /// Weighted sum; +∞ for a candidate whose simulation failed or was given up.
     #[serde(deserialize_with = "null_is_infinite")]
     pub total: f32,
     /// E_stab: placed to settled, m + rad.
@@ -231,7 +231,7 @@ pub struct IterationStats {
     /// Mean total of this iteration's elites.
     #[serde(deserialize_with = "null_is_infinite")]
     pub elite_mean: f32,
-    /// Candidates whose status has each bit of `Status::NAMES`.
+    /// Candidates whose status has each bit of `Status::NAMES`; of those that were given up (`CemSettings::prune`), until then.
     pub flagged: [u32; Status::NAMES.len()],
     /// Steps that candidates were simulated for, all together.
     pub steps: u64,

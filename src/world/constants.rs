@@ -6,9 +6,11 @@ pub const LINEAR_SLOP: f32 = 1e-4;
 /// Depth up to which two parts only touch and the energy counts no penetration, m (the paper is silent; see `EnergyWeights`).
 pub const TOUCHING_DEPTH: f32 = 1e-3;
 
-/// Energy by which a candidate must be sure to exceed the elites before it is given up, and the same as a share of what it costs at
-/// least: more than rounding adds to an energy.
-pub const PRUNING_MARGIN: f32 = 1e-3;
+/// Angle that does not count when a candidate is sure to lose, rad: more than rounding adds to one.
+pub const PRUNING_ANGLE: f32 = 1e-5;
+
+/// Share of what it is sure to cost that does not count then: more than rounding adds to distances and sums.
+pub const PRUNING_SHARE: f32 = 1e-3;
 
 /// Most vertices of a hull (the paper's limit).
 pub const MAX_HULL_VERTICES: usize = 64;
