@@ -242,6 +242,25 @@ fn neighbours_get_half_a_millimetre_where_there_is_room() {
 }
 
 #[test]
+fn what_its_parts_hold_up_by_a_hair_is_lowered_with_what_it_bears() {
+    let block = cuboid([-0.05, 0.0, -0.05], [0.05, 0.1, 0.05]);
+    let mut room = room(&[
+        (block.clone(), [0.0, 0.00013, 0.0], json!({})),
+        (block.clone(), [0.0, 0.10029, 0.0], json!({"parent": "o0"})),
+        (block.clone(), [1.0, 0.0004, 0.0], json!({})),
+        (block, [2.0, 0.00013, 0.0], json!({"parent": "wall", "relation": "attached"})),
+    ]);
+    room.part();
+    for (i, hovered) in [(0, 0.13e-3), (1, 0.29e-3)] {
+        let rests = 0.05e-3 * (i + 1) as f64;
+        assert!((room.moved(i).y - (rests - hovered)).abs() < 2e-6, "{i}: {}", room.moved(i));
+        assert_eq!(room.moved(i).with_y(0.0), DVec3::ZERO);
+    }
+    assert_eq!(room.moved(2), DVec3::ZERO, "too high for its parts to be what holds it up");
+    assert_eq!(room.moved(3), DVec3::ZERO, "on its wall");
+}
+
+#[test]
 fn what_has_no_free_place_is_reported() {
     let mut room = room(&[
         (cuboid([-0.5, 0.0, -0.5], [0.5, 1.0, 0.5]), [0.0, 0.0, 0.0], json!({"movable": false})),

@@ -18,7 +18,7 @@ use glam::{DMat3, DVec3};
 use std::cell::Cell;
 use surface::{Budget, Surface};
 use tolerances::{
-    ASIDE, DIRECTIONS, DROP, LOAD, MAX_MOVE, MAX_MOVE_HUNG, MAX_PAIRS, REACHES, REST, ROUNDS, SIDEWAYS, SPARES,
+    ASIDE, DIRECTIONS, DROP, LOAD, MAX_MOVE, MAX_MOVE_HUNG, MAX_PAIRS, REACHES, REST, ROUNDS, SIDEWAYS, SINK, SPARES,
     TOO_NEAR, TOUCHING, UPWARDS,
 };
 use walls::Walls;
@@ -162,7 +162,7 @@ impl<'a> Exact<'a> {
         }
     }
 
-    /// Lowers what was raised farther than it had to be, bearers first.
+    /// Lowers what was raised farther than it had to be, and what its parts hold a little above its bearer; bearers first.
     fn lower(&mut self) {
         let mut bearers_first = self.scene.post_order();
         bearers_first.reverse();
@@ -173,12 +173,13 @@ impl<'a> Exact<'a> {
             };
             let raised = self.shifts[object].y - bearer;
             let moving = &self.moving[object];
-            if raised > REST {
+            let stands = !self.scene.is_static(object);
+            if raised > REST || stands {
                 let drops = moving.iter().filter_map(|&part| self.drop(part, moving));
                 let room = drops.min_by(f64::total_cmp).unwrap_or(raised) - REST;
-                let shift = DVec3::NEG_Y * room.min(raised);
-                let step = Move { mover: object, shift, cost: 0.0 };
-                if room > TOUCHING && self.is_free(&step) {
+                let most = if stands && room <= SINK { room } else { raised };
+                let step = Move { mover: object, shift: DVec3::NEG_Y * room.min(most), cost: 0.0 };
+                if room.min(most) > TOUCHING && self.is_free(&step) {
                     self.apply(step);
                 }
             }

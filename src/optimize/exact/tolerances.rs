@@ -4,6 +4,10 @@
 /// 0.03 m/s.
 pub(super) const REST: f64 = 0.05e-3;
 
+/// What stands no farther than this above `REST` is lowered to it, m: parts reach so far beyond the meshes, where soles are flat
+/// or round things are covered, and may reach as far into each other. Engines allow more.
+pub(super) const SINK: f64 = 0.15e-3;
+
 /// Meshes nearer than this count as touching and are parted, m. Far above the rounding of a file's decimals.
 pub(super) const TOUCHING: f64 = 0.02e-3;
 
