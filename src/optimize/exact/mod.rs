@@ -177,9 +177,9 @@ impl<'a> Exact<'a> {
             if raised > REST || stands {
                 let drops = moving.iter().filter_map(|&part| self.drop(part, moving));
                 let room = drops.min_by(f64::total_cmp).unwrap_or(raised) - REST;
-                let most = if stands && room <= SINK { room } else { raised };
-                let step = Move { mover: object, shift: DVec3::NEG_Y * room.min(most), cost: 0.0 };
-                if room.min(most) > TOUCHING && self.is_free(&step) {
+                let down = if stands && room <= SINK { room } else { room.min(raised) };
+                let step = Move { mover: object, shift: DVec3::NEG_Y * down, cost: 0.0 };
+                if down > TOUCHING && self.is_free(&step) {
                     self.apply(step);
                 }
             }
