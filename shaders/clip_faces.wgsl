@@ -47,7 +47,7 @@ fn thin(points: ptr<function, Points>, count: u32, normal: vec3<f32>, deepest: p
     var taken = 0u;
     for (var k = 0u; k < EXTREMES + count; k++) {
         let p = (*points)[offered_in(extremes, k)];
-        let fresh = (k < EXTREMES || bears(p.w - *deepest)) && is_new(&kept, taken, p.xyz);
+        let fresh = (k < EXTREMES || bears(p.w - *deepest)) && is_new(&kept, taken, p.xyz, k);
         let to = min(taken, MAX_MANIFOLD_POINTS - 1u);
         kept[to] = select(kept[to], p, fresh);
         taken += select(0u, 1u, fresh);

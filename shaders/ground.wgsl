@@ -78,7 +78,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let p = vertices[hull.first_vertex + select(offered_in(extremes, k), first[k & 3u], all)].xyz;
         let separation = dot(up, p) + height;
         let tried = k < EXTREMES || (separation <= margin && bears(separation - deepest));
-        if (all || (tried && is_new(&kept, taken, p))) {
+        if (all || (tried && is_new(&kept, taken, p, k))) {
             let on_b = rotate(pose.rotation, p) + pose.translation;
             let on_a = on_b - vec3(0.0, separation, 0.0);
             kept[taken] = vec4(p, separation);

@@ -125,7 +125,7 @@ fn gather(index: u32, first: u32, end: u32) {
                     let number = select(gathered[left], extreme(extremes, j), j < EXTREMES);
                     let p = manifold_points[number];
                     let tried = j < EXTREMES || bears(p.separation - seeds[k].w);
-                    if (tried && is_new(&positions, taken, p.on_b)) {
+                    if (tried && is_new(&positions, taken, p.on_b, j)) {
                         positions[taken] = vec4(p.on_b, 0.0);
                         kept[kept_count + taken] = number;
                         taken++;

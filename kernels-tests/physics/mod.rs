@@ -105,6 +105,7 @@ macro_rules! physics_suite {
                 small_and_crooked_towers_stand,
                 uneven_loads_stand,
                 round_stacks_stand,
+                thin_rods_lie_still,
                 crossed_blocks_stand,
                 heavy_overhangs_stand,
                 a_pyramid_stands,

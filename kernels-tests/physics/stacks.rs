@@ -85,6 +85,23 @@ pub fn round_stacks_stand(backend: &dyn Backend) {
     }
 }
 
+/// Rods on facets of 0.4 to 1 mm.
+pub fn thin_rods_lie_still(backend: &dyn Backend) {
+    for (radius, half_length, sides) in [(0.002, 0.06, 32), (0.003, 0.009, 24), (0.004, 0.075, 30), (0.005, 0.075, 32)]
+    {
+        let mut s = Scenario::default();
+        let apothem = radius * (std::f32::consts::PI / sides as f32).cos();
+        // Turned onto the facet between its first corners.
+        let lying = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+        let turned = Quat::from_rotation_y(std::f32::consts::TAU / sides as f32 * (0.25 * sides as f32).fract());
+        let inertia = box_inertia(0.02, Vec3::new(0.87 * radius, half_length, 0.87 * radius));
+        s.body(vec![prism(radius, half_length, sides)], 0.02, inertia, Pose::new(lying * turned, Vec3::Y * apothem));
+        let found = drift(backend, &s, &settings(600), 300);
+        measured(&format!("turn of a rod of {radius} m with {sides} sides in 10 s, rad"), found.turned, 0);
+        assert!(found.turned < 0.02 && found.moved < 0.2e-3 && found.speed < 2e-3, "{radius} m: {found:?}");
+    }
+}
+
 pub fn a_pyramid_stands(backend: &dyn Backend) {
     for settings in both(backend, 300) {
         let mut s = Scenario::default();

@@ -73,6 +73,29 @@ fn a_round_mesh_is_covered_and_keeps_its_flat_bottom() {
     assert!(beyond < 4e-3, "a part stands out by {} mm", 1e3 * beyond);
 }
 
+/// A rod of 1 cm with 24 sides: fewer corners would make facets that stand out and on which it does not lie.
+#[test]
+fn a_convex_mesh_of_few_corners_is_its_own_part() {
+    const SIDES: u32 = 24;
+    let folder = tempfile::tempdir().unwrap();
+    let rim = |i: u32| (std::f32::consts::TAU * (i / 2) as f32 / SIDES as f32).sin_cos();
+    let vertices: Vec<[f32; 3]> =
+        (0..2 * SIDES).map(|i| [0.005 * rim(i).0, if i % 2 == 0 { 0.0 } else { 0.15 }, 0.005 * rim(i).1]).collect();
+    let mut triangles = Vec::new();
+    for i in (0..2 * SIDES).step_by(2) {
+        let next = (i + 2) % (2 * SIDES);
+        triangles.extend([[i, i + 1, next], [next, i + 1, next + 1]]);
+        triangles.extend([[0, i, next], [1, next + 1, i + 1]].into_iter().filter(|[a, b, c]| a != b && a != c));
+    }
+    let shape = build(of_file(obj(folder.path(), "rod.obj", &vertices, &triangles), "pen"), None);
+    check("rod", &shape);
+    let part = &shape.parts[0];
+    assert_eq!((shape.parts.len(), part.vertices.len()), (1, 2 * SIDES as usize));
+    let nearest = |v: &Vec3| vertices.iter().map(|&w| v.distance(Vec3::from_array(w))).fold(f32::INFINITY, f32::min);
+    let farthest = part.vertices.iter().map(nearest).fold(0.0, f32::max);
+    assert!(farthest < 2.0 * PADDING, "a corner is {farthest} m from where the mesh has one");
+}
+
 /// A dented pear. Pieces of its surface are merged where that fills no free space, and what they share inside costs too:
 /// without that its parts hold half as much again as it does.
 #[test]

@@ -27,17 +27,19 @@ struct Extremes {
     landing: Round,
 }
 
-// Extremes of all rounds.
+// Extremes of all rounds, and those on which a body rests.
 const EXTREMES: u32 = 24u;
+const RESTING: u32 = 8u;
 
 fn no_extremes() -> Extremes {
     let none = Round(vec4(LOWEST), vec4(LOWEST), vec4(0u), vec4(0u));
     return Extremes(none, none, none);
 }
 
-fn offered(round: Round, along: vec4<f32>, penalty: f32, number: u32) -> Round {
-    let farther = along - penalty > round.reach + SAME_POINT;
-    let opposite_farther = -along - penalty > round.opposite_reach + SAME_POINT;
+// `same`: points nearer than this are one, m.
+fn offered(round: Round, along: vec4<f32>, penalty: f32, same: f32, number: u32) -> Round {
+    let farther = along - penalty > round.reach + same;
+    let opposite_farther = -along - penalty > round.opposite_reach + same;
     return Round(
         select(round.reach, along - penalty, farther),
         select(round.opposite_reach, -along - penalty, opposite_farther),
@@ -50,9 +52,9 @@ fn offered(round: Round, along: vec4<f32>, penalty: f32, number: u32) -> Round {
 fn offer(extremes: ptr<function, Extremes>, flat_point: vec2<f32>, height: f32, number: u32) {
     let along = DIRECTIONS_X * flat_point.x + DIRECTIONS_Y * flat_point.y;
     let resting = RESTING_PENALTY * max(height - BEARING_HEIGHT, 0.0);
-    (*extremes).resting = offered((*extremes).resting, along, resting, number);
-    (*extremes).rolling = offered((*extremes).rolling, along, ROLLING_PENALTY * height, number);
-    (*extremes).landing = offered((*extremes).landing, along, LANDING_PENALTY * height, number);
+    (*extremes).resting = offered((*extremes).resting, along, resting, SAME_RESTING_POINT, number);
+    (*extremes).rolling = offered((*extremes).rolling, along, ROLLING_PENALTY * height, SAME_POINT, number);
+    (*extremes).landing = offered((*extremes).landing, along, LANDING_PENALTY * height, SAME_POINT, number);
 }
 
 fn extreme(extremes: Extremes, k: u32) -> u32 {
@@ -61,7 +63,7 @@ fn extreme(extremes: Extremes, k: u32) -> u32 {
     let resting = select(extremes.resting.opposite_point[j], extremes.resting.point[j], first);
     let rolling = select(extremes.rolling.opposite_point[j], extremes.rolling.point[j], first);
     let landing = select(extremes.landing.opposite_point[j], extremes.landing.point[j], first);
-    return select(select(landing, rolling, k < 16u), resting, k < 8u);
+    return select(select(landing, rolling, k < 16u), resting, k < RESTING);
 }
 
 // The `k`-th to be tried: extremes, then all points by their numbers.
@@ -73,11 +75,13 @@ fn bears(height: f32) -> bool {
     return height <= BEARING_HEIGHT;
 }
 
-fn is_new(taken: ptr<function, array<vec4<f32>, MAX_MANIFOLD_POINTS>>, count: u32, p: vec3<f32>) -> bool {
+// Whether `p`, tried as the `k`-th, is none of the points taken.
+fn is_new(taken: ptr<function, array<vec4<f32>, MAX_MANIFOLD_POINTS>>, count: u32, p: vec3<f32>, k: u32) -> bool {
+    let same = select(SAME_POINT, SAME_RESTING_POINT, k < RESTING);
     var fresh = count < MAX_MANIFOLD_POINTS;
     for (var i = 0u; i < count; i++) {
         let apart = (*taken)[i].xyz - p;
-        fresh &= dot(apart, apart) >= SAME_POINT * SAME_POINT;
+        fresh &= dot(apart, apart) >= same * same;
     }
     return fresh;
 }

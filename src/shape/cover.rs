@@ -81,8 +81,8 @@ pub(super) fn covering(full: &Hull, levels: &Levels, settings: &ShapeSettings) -
     if growth > LEAST_GROWTH && part.vertices.len() < most { fitted(most) } else { (part, growth) }
 }
 
-/// The pieces' hulls with at most so many vertices as a part may have. If they are to cover what they stand for, pieces whose
-/// hulls would grow most are cut while there are fewer than `most` parts.
+/// The pieces' hulls with at most so many vertices as a part may have. A convex object of no more is its own part. If parts are
+/// to cover what they stand for, pieces whose hulls would grow most are cut while there are fewer than `most` parts.
 pub(super) fn fit(
     pieces: Vec<Piece>,
     solid: &Solid,
@@ -90,6 +90,11 @@ pub(super) fn fit(
     most: usize,
     settings: &ShapeSettings,
 ) -> Vec<Hull> {
+    if let [piece] = &pieces[..]
+        && piece.hull.vertices.len() <= settings.max_vertices
+    {
+        return vec![piece.hull.clone()];
+    }
     if !settings.covering {
         let vertices = settings.max_vertices;
         return pieces.iter().map(|piece| reduce(&piece.hull, levels, vertices, vertices)).collect();

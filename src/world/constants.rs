@@ -49,6 +49,10 @@ pub const NO_EXTENT: f32 = -1e30;
 /// Contact points nearer to each other than this are one, m.
 pub const SAME_POINT: f32 = 1e-3;
 
+/// The same of points on which a body rests, m: a thin rod lies on a facet no wider, and with one point for both its edges it
+/// would roll off.
+pub const SAME_RESTING_POINT: f32 = 3e-4;
+
 /// How many metres of reach a metre of height above the deepest point costs when the points on which a body rests are
 /// chosen: they are those that would be lowest if it leaned by 5 mrad. A bump of 0.5 mm is felt up to 10 cm inside an outline.
 pub const RESTING_PENALTY: f32 = 200.0;

@@ -1,7 +1,9 @@
 //! Chooses the few of many contact points that support a body as well as all of them.
 
 use super::MAX_MANIFOLD_POINTS;
-use crate::world::constants::{BEARING_HEIGHT, LANDING_PENALTY, RESTING_PENALTY, ROLLING_PENALTY, SAME_POINT};
+use crate::world::constants::{
+    BEARING_HEIGHT, LANDING_PENALTY, RESTING_PENALTY, ROLLING_PENALTY, SAME_POINT, SAME_RESTING_POINT,
+};
 use glam::{Vec3, Vec4};
 
 /// Directions in which the farthest point is kept, four at a time (x, y): unit vectors at equal angles, turned so that
@@ -13,6 +15,9 @@ const DIRECTIONS: [[Vec4; 2]; MAX_MANIFOLD_POINTS / 4] = [
         Vec4::new(-0.295_520, -0.884_490, -0.955_336, -0.466_559),
     ],
 ];
+
+/// Points of a round that are nearer to each other than this are one, m.
+const SAME: [f32; 3] = [SAME_RESTING_POINT, SAME_POINT, SAME_POINT];
 
 /// Chosen points, as indices into what was offered.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,7 +41,7 @@ impl Selection {
 /// in no direction.
 ///
 /// Directions and preferences are fixed, so that the same points are kept in the same order from step to step and keep
-/// their impulses. Points closer than `SAME_POINT` are one.
+/// their impulses. Points closer than `SAME_POINT` are one, in the first round closer than `SAME_RESTING_POINT`.
 pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) -> Selection {
     let mut chosen = Selection::default();
     if count == 0 {
@@ -52,23 +57,25 @@ pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) 
         let height = separation - deepest;
         let resting = RESTING_PENALTY * (height - BEARING_HEIGHT).max(0.0);
         let penalties = [resting, ROLLING_PENALTY * height, LANDING_PENALTY * height];
-        for (penalty, round) in penalties.into_iter().zip(&mut farthest) {
+        for ((penalty, same), round) in penalties.into_iter().zip(SAME).zip(&mut farthest) {
             for ([across, along], [reach, number]) in DIRECTIONS.into_iter().zip(round) {
                 let distance = across * x + along * y - penalty;
-                let farther = distance.cmpgt(*reach + SAME_POINT);
+                let farther = distance.cmpgt(*reach + same);
                 *reach = Vec4::select(farther, distance, *reach);
                 *number = Vec4::select(farther, Vec4::splat(i as f32), *number);
             }
         }
     }
-    let numbers = farthest.into_iter().flatten().flat_map(|[_, number]| number.to_array());
-    let bearing = (0..count).filter(|&i| point(i).1 - deepest <= BEARING_HEIGHT).map(|i| i as u16);
-    for index in numbers.map(|number| number as u16).chain(bearing) {
+    let numbers = farthest.into_iter().zip(SAME).flat_map(|(round, same)| {
+        round.into_iter().flat_map(|[_, number]| number.to_array()).map(move |number| (number as u16, same))
+    });
+    let bearing = (0..count).filter(|&i| point(i).1 - deepest <= BEARING_HEIGHT).map(|i| (i as u16, SAME_POINT));
+    for (index, same) in numbers.chain(bearing) {
         if chosen.count == MAX_MANIFOLD_POINTS {
             break;
         }
         let p = point(index as usize).0;
-        let near = |&kept: &u16| kept == index || point(kept as usize).0.distance_squared(p) < SAME_POINT * SAME_POINT;
+        let near = |&kept: &u16| kept == index || point(kept as usize).0.distance_squared(p) < same * same;
         if !chosen.indices().iter().any(near) {
             chosen.indices[chosen.count] = index;
             chosen.count += 1;
