@@ -96,6 +96,41 @@ fn a_convex_mesh_of_few_corners_is_its_own_part() {
     assert!(farthest < 2.0 * PADDING, "a corner is {farthest} m from where the mesh has one");
 }
 
+/// A ball of 60 cm is cut into octants and further: without the corner in the middle, which no surface shows, its parts
+/// held half of it and its centre of mass was elsewhere.
+#[test]
+fn a_ball_is_not_hollow() {
+    let folder = tempfile::tempdir().unwrap();
+    let (rings, sides) = (16_u32, 32_u32);
+    let mut vertices = vec![[0.0, -0.3, 0.0]];
+    for k in 1..rings {
+        let (up, out) = (std::f32::consts::PI * k as f32 / rings as f32 - std::f32::consts::FRAC_PI_2).sin_cos();
+        for i in 0..sides {
+            let (sin, cos) = (std::f32::consts::TAU * i as f32 / sides as f32).sin_cos();
+            vertices.push([0.3 * out * cos, 0.3 * up, 0.3 * out * sin]);
+        }
+    }
+    vertices.push([0.0, 0.3, 0.0]);
+    let at = |k: u32, i: u32| 1 + (k - 1) * sides + i % sides;
+    let last = vertices.len() as u32 - 1;
+    let mut triangles = Vec::new();
+    for i in 0..sides {
+        triangles.push([0, at(1, i), at(1, i + 1)]);
+        triangles.push([last, at(rings - 1, i + 1), at(rings - 1, i)]);
+        for k in 2..rings {
+            triangles.push([at(k - 1, i), at(k, i), at(k, i + 1)]);
+            triangles.push([at(k - 1, i), at(k, i + 1), at(k - 1, i + 1)]);
+        }
+    }
+    let shape = build(of_file(obj(folder.path(), "ball.obj", &vertices, &triangles), "ball"), None);
+    check("ball", &shape);
+    let points: Vec<Vec3> = vertices.iter().map(|&v| Vec3::from_array(v)).collect();
+    let whole = ConvexPolyhedron::from_convex_hull(&points).unwrap().mass_properties(1.0).mass();
+    let ratio = shape.mass.volume / whole;
+    assert!(shape.parts.len() >= 8 && (0.99..1.05).contains(&ratio), "{} parts, {ratio}", shape.parts.len());
+    assert!(shape.mass.center.length() < 1e-3, "its centre of mass is at {} m", shape.mass.center);
+}
+
 /// A dented pear. Pieces of its surface are merged where that fills no free space, and what they share inside costs too:
 /// without that its parts hold half as much again as it does.
 #[test]

@@ -54,9 +54,9 @@ impl Fitted {
     }
 
     /// Its two sides, cut across the middle of that side of its box which leaves them standing out least, if that helps.
-    fn halves(&self, solid: &Solid, levels: &Levels, settings: &ShapeSettings) -> Option<[Self; 2]> {
+    fn halves(&self, others: &[&Hull], solid: &Solid, levels: &Levels, settings: &ShapeSettings) -> Option<[Self; 2]> {
         let growth = |halves: &[Self; 2]| halves[0].growth.max(halves[1].growth);
-        let cuts = Vec3::AXES.into_iter().filter_map(|axis| match self.piece.halves(axis, solid) {
+        let cuts = Vec3::AXES.into_iter().filter_map(|axis| match self.piece.halves(axis, solid, others) {
             [Some(one), Some(other)] => Some([one, other].map(|half| Self::new(half, levels, settings))),
             _ => None,
         });
@@ -105,7 +105,8 @@ pub(super) fn fit(
         let Some(worst) = candidates.max_by(|&a, &b| fitted[a].growth.total_cmp(&fitted[b].growth)) else {
             break;
         };
-        match fitted[worst].halves(solid, levels, settings) {
+        let others = (0..fitted.len()).filter(|&i| i != worst).map(|i| &fitted[i].piece.hull).collect::<Vec<_>>();
+        match fitted[worst].halves(&others, solid, levels, settings) {
             Some([one, other]) => {
                 fitted[worst] = one;
                 fitted.push(other);

@@ -109,6 +109,11 @@ impl Solid {
         self.inside[index]
     }
 
+    /// Whether the cell's centre and those of all its neighbours are within the mesh.
+    pub fn is_deep(&self, index: usize) -> bool {
+        self.inside[index] && self.neighbours(index).all(|neighbour| self.inside[neighbour])
+    }
+
     /// Whether the cell's centre is outside the mesh where other objects can get.
     pub fn is_free(&self, index: usize) -> bool {
         self.free[index]
