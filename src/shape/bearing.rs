@@ -5,7 +5,7 @@
 //! above the surface under it.
 
 use super::solid::Solid;
-use super::split::Piece;
+use super::split::{Piece, clip};
 use glam::{Vec2, Vec3, Vec4};
 
 /// A part may stand above the surface by this much in nineteen of twenty places, m.
@@ -116,13 +116,12 @@ impl Cover {
 
     /// The pieces on all sides of planes through the middle.
     fn cut_across(&self, normals: &[Vec3], solid: &Solid, up: Vec3) -> Option<Vec<Self>> {
-        let mut sides = vec![self.piece.clone()];
+        let mut sides = vec![self.piece.triangles.clone()];
         for &normal in normals {
             let (low, high) = self.piece.hull.extent(normal);
-            let halves = sides.iter().flat_map(|side| side.sides(normal, 0.5 * (low + high), solid, &[]));
-            sides = halves.collect::<Option<_>>()?;
+            sides = sides.iter().flat_map(|side| clip(side, normal, 0.5 * (low + high))).collect();
         }
-        Some(sides.into_iter().map(|side| Self::new(side, solid, up)).collect())
+        sides.into_iter().map(|side| Some(Self::new(Piece::new(side, solid)?, solid, up))).collect()
     }
 }
 

@@ -39,6 +39,8 @@ struct Fitted {
     /// How far the part stands out beyond the piece's hull, m, and how far it may.
     growth: f32,
     tolerated: f32,
+    /// Nothing else of the object reaches into the piece's hull.
+    alone: bool,
     /// Cuts in a row that did not help.
     blind: u32,
     /// No cut helps.
@@ -46,18 +48,18 @@ struct Fitted {
 }
 
 impl Fitted {
-    fn new(piece: Piece, levels: &Levels, settings: &ShapeSettings) -> Self {
+    fn new(piece: Piece, alone: bool, levels: &Levels, settings: &ShapeSettings) -> Self {
         let (part, growth) = covering(&piece.hull, levels, settings);
         let (low, high) = piece.hull.bounds();
         let tolerated = (GROWTH * low.distance(high)).clamp(LEAST_GROWTH, MOST_GROWTH);
-        Self { piece, part, growth, tolerated, blind: 0, done: false }
+        Self { piece, part, growth, tolerated, alone, blind: 0, done: false }
     }
 
     /// Its two sides, cut across the middle of that side of its box which leaves them standing out least, if that helps.
-    fn halves(&self, others: &[&Hull], solid: &Solid, levels: &Levels, settings: &ShapeSettings) -> Option<[Self; 2]> {
+    fn halves(&self, solid: &Solid, levels: &Levels, settings: &ShapeSettings) -> Option<[Self; 2]> {
         let growth = |halves: &[Self; 2]| halves[0].growth.max(halves[1].growth);
-        let cuts = Vec3::AXES.into_iter().filter_map(|axis| match self.piece.halves(axis, solid, others) {
-            [Some(one), Some(other)] => Some([one, other].map(|half| Self::new(half, levels, settings))),
+        let cuts = Vec3::AXES.into_iter().filter_map(|axis| match self.piece.halves(axis, solid, self.alone) {
+            [Some(one), Some(other)] => Some([one, other].map(|half| Self::new(half, self.alone, levels, settings))),
             _ => None,
         });
         let mut halves = cuts.min_by(|a, b| growth(a).total_cmp(&growth(b)))?;
@@ -99,14 +101,14 @@ pub(super) fn fit(
         let vertices = settings.max_vertices;
         return pieces.iter().map(|piece| reduce(&piece.hull, levels, vertices, vertices)).collect();
     }
-    let mut fitted: Vec<Fitted> = pieces.into_iter().map(|piece| Fitted::new(piece, levels, settings)).collect();
+    let alone = pieces.len() == 1;
+    let mut fitted: Vec<Fitted> = pieces.into_iter().map(|piece| Fitted::new(piece, alone, levels, settings)).collect();
     while fitted.len() < most {
         let candidates = (0..fitted.len()).filter(|&i| !fitted[i].done && fitted[i].growth > fitted[i].tolerated);
         let Some(worst) = candidates.max_by(|&a, &b| fitted[a].growth.total_cmp(&fitted[b].growth)) else {
             break;
         };
-        let others = (0..fitted.len()).filter(|&i| i != worst).map(|i| &fitted[i].piece.hull).collect::<Vec<_>>();
-        match fitted[worst].halves(&others, solid, levels, settings) {
+        match fitted[worst].halves(solid, levels, settings) {
             Some([one, other]) => {
                 fitted[worst] = one;
                 fitted.push(other);

@@ -12,7 +12,7 @@ use super::merge::{Limits, merge};
 use super::recut::recut;
 use super::reduce::Levels;
 use super::solid::Solid;
-use super::split::{Piece, components, split};
+use super::split::{Piece, clip, components, split};
 use glam::Vec3;
 
 /// A mesh whose hull has at most this share of free space is its own hull.
@@ -97,14 +97,13 @@ fn sectors(whole: &Piece, solid: &Solid, up: Vec3, budget: usize) -> Vec<Piece> 
     let center = 0.5 * (low + high);
     let (u, v) = up.any_orthonormal_pair();
     let planes = (budget / 2).saturating_sub(1).clamp(2, 7);
-    let mut sectors = vec![whole.clone()];
+    let mut sectors = vec![whole.triangles.clone()];
     for i in 0..planes {
         let (sin, cos) = (std::f32::consts::PI * (i as f32 + 0.5) / planes as f32).sin_cos();
         let normal = u * cos + v * sin;
-        sectors =
-            sectors.iter().flat_map(|piece| piece.sides(normal, normal.dot(center), solid, &[])).flatten().collect();
+        sectors = sectors.iter().flat_map(|triangles| clip(triangles, normal, normal.dot(center))).collect();
     }
-    sectors
+    sectors.into_iter().filter_map(|triangles| Piece::new(triangles, solid)).collect()
 }
 
 /// Leaves out parts that lie wholly within another part.

@@ -5,7 +5,7 @@
 
 use super::hull::{Hull, directions, plane_sides};
 use super::solid::Solid;
-use super::split::{Piece, Wire};
+use super::split::{Piece, Wire, clip};
 use glam::Vec3;
 
 /// Two pieces are cut anew if they share more than this of the smaller one.
@@ -81,9 +81,8 @@ fn apart(a: &Piece, b: &Piece, solid: &Solid, shared: f32, probes: &[Vec3]) -> O
         }
     }
     let (_, normal, offset) = best.filter(|b| b.0 < now)?;
-    let [Some(below), Some(above)] = Piece::joined([a, b].into_iter())?.sides(normal, offset, solid, &[]) else {
-        return None;
-    };
+    let [below, above] = clip(&triangles, normal, offset);
+    let (below, above) = (Piece::new(below, solid)?, Piece::new(above, solid)?);
     (cost(&below.hull) + cost(&above.hull) < (1.0 - WORTH) * now).then_some([below, above])
 }
 
@@ -106,10 +105,9 @@ mod tests {
     fn legs_that_share_a_corner_part_at_it() {
         let triangles = angle();
         let solid = Solid::new(&triangles, Vec3::Y, 40_000);
-        let whole = Piece::new(triangles, &solid).expect("an angle has volume");
         let below = |normal: Vec3| {
-            let [below, _] = whole.sides(normal, 0.2, &solid, &[]);
-            below.unwrap_or_else(|| panic!("nothing on one side of {normal}"))
+            let [below, _] = clip(&triangles, normal, 0.2);
+            Piece::new(below, &solid).unwrap_or_else(|| panic!("nothing on one side of {normal}"))
         };
         let legs = vec![below(Vec3::X), below(Vec3::Y)];
         let volume = |pieces: &[Piece]| pieces.iter().map(|piece| piece.hull.volume()).sum::<f32>();

@@ -18,9 +18,6 @@ const FACET_CUTS: usize = 8;
 /// Cuts are planned on about so many triangles, evenly picked; they are made on all.
 const PLANNED: usize = 10_000;
 
-/// What lies this deep in a hull is not on its surface, m.
-const WITHIN: f32 = 1e-4;
-
 /// A part of the surface and its hull.
 #[derive(Clone)]
 pub(super) struct Piece {
@@ -35,37 +32,33 @@ pub(super) struct Piece {
 impl Piece {
     /// The piece that consists of these triangles.
     pub fn new(triangles: Vec<[Vec3; 3]>, solid: &Solid) -> Option<Self> {
-        Self::filled(triangles, Vec::new(), solid)
+        Self::with_core(triangles, Vec::new(), solid)
     }
 
     /// The same with points inside the solid that belong to it, too.
-    fn filled(triangles: Vec<[Vec3; 3]>, core: Vec<Vec3>, solid: &Solid) -> Option<Self> {
+    fn with_core(triangles: Vec<[Vec3; 3]>, core: Vec<Vec3>, solid: &Solid) -> Option<Self> {
         let points = [triangles.as_flattened(), &core].concat();
         let hull = Hull::new(&points)?;
         let bulge = solid.protrusion(&hull).0;
         Some(Self { triangles, hull, bulge })
     }
 
-    /// The pieces on both sides of the plane `normal · x = offset`, without what lies in one of the `others`.
-    pub fn sides(&self, normal: Vec3, offset: f32, solid: &Solid, others: &[&Hull]) -> [Option<Self>; 2] {
-        let [below, above] = clip(&self.triangles, normal, offset);
-        let [core_below, core_above] = self.core(normal, offset, solid, others);
-        [Self::filled(below, core_below, solid), Self::filled(above, core_above, solid)]
-    }
-
-    /// The pieces on both sides of the plane through the middle of its extent along `axis`.
-    pub fn halves(&self, axis: Vec3, solid: &Solid, others: &[&Hull]) -> [Option<Self>; 2] {
+    /// The pieces on both sides of the plane through the middle of its extent along `axis`; `filled` if nothing else of the object
+    /// reaches into its hull.
+    pub fn halves(&self, axis: Vec3, solid: &Solid, filled: bool) -> [Option<Self>; 2] {
         let (low, high) = self.hull.extent(axis);
-        self.sides(axis, 0.5 * (low + high), solid, others)
+        let offset = 0.5 * (low + high);
+        let [below, above] = clip(&self.triangles, axis, offset);
+        let [core_below, core_above] = if filled { self.core(axis, offset, solid) } else { Default::default() };
+        [Self::with_core(below, core_below, solid), Self::with_core(above, core_above, solid)]
     }
 
-    /// What of the hull lies deep in the solid and in no other hull, on both sides of a plane. The surface on one side of three
-    /// planes leaves out the corner in which they meet: a ball would be hollow.
-    fn core(&self, normal: Vec3, offset: f32, solid: &Solid, others: &[&Hull]) -> [Vec<Vec3>; 2] {
+    /// What of the hull lies deep in the solid, on both sides of a plane. The surface on one side of three planes leaves out the
+    /// corner in which they meet: a ball would be hollow.
+    fn core(&self, normal: Vec3, offset: f32, solid: &Solid) -> [Vec<Vec3>; 2] {
         let (below, above) = plane_sides(&self.hull.vertices, &self.hull.edges(), normal, offset);
-        let lacking = |point: &Vec3| others.iter().all(|hull| hull.excess(*point) > -WITHIN);
         [below, above].map(|mut side| {
-            side.retain(|point| solid.is_deep(solid.index(*point)) && lacking(point));
+            side.retain(|&point| solid.is_deep(solid.index(point)));
             side
         })
     }
@@ -92,7 +85,13 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
             break;
         }
         let sides: Vec<Piece> = best_cut(&piece, solid, up)
-            .map(|(normal, offset)| parted(&piece, normal, offset, solid))
+            .map(|(normal, offset)| {
+                clip(&piece.triangles, normal, offset)
+                    .into_iter()
+                    .flat_map(|side| connected(side, solid, normal, offset))
+                    .filter_map(|side| Piece::new(side, solid))
+                    .collect()
+            })
             .unwrap_or_default();
         if sides.len() < 2 {
             done.push(piece);
@@ -102,17 +101,6 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
     }
     done.extend(pieces);
     done
-}
-
-/// What is on both sides of a plane, each side in as many pieces as nothing solid connects.
-fn parted(piece: &Piece, normal: Vec3, offset: f32, solid: &Solid) -> Vec<Piece> {
-    let sides = clip(&piece.triangles, normal, offset).map(|side| connected(side, solid, normal, offset));
-    let sides = sides.into_iter().zip(piece.core(normal, offset, solid, &[]));
-    let pieces = sides.flat_map(|(mut connected, core)| match connected.len() {
-        1 => vec![Piece::filled(connected.remove(0), core, solid)],
-        _ => connected.into_iter().map(|triangles| Piece::new(triangles, solid)).collect(),
-    });
-    pieces.flatten().collect()
 }
 
 /// The plane `normal · x = offset` whose two sides bulge least. Facets come first and win ties: a cut beside a facet
