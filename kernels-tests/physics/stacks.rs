@@ -85,7 +85,7 @@ pub fn round_stacks_stand(backend: &dyn Backend) {
     }
 }
 
-/// Rods on facets of 0.4 to 1 mm.
+/// Rods on facets of 0.4 to 1 mm, of which none may move by half.
 pub fn thin_rods_lie_still(backend: &dyn Backend) {
     for (radius, half_length, sides) in [(0.002, 0.06, 32), (0.003, 0.009, 24), (0.004, 0.075, 30), (0.005, 0.075, 32)]
     {

@@ -62,6 +62,29 @@ pub fn cuboid(low: [f32; 3], high: [f32; 3]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     (corners, quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect())
 }
 
+/// A closed surface of rings of corners between two poles. `point`: where it is at an angle along it from pole to pole and one
+/// around it.
+pub fn between_poles(rings: u32, sides: u32, point: impl Fn(f32, f32) -> Vec3) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    use std::f32::consts::{PI, TAU};
+    let ring = |k: u32| {
+        let along = PI * k as f32 / rings as f32;
+        (0..sides).map(move |i| (along, TAU * i as f32 / sides as f32))
+    };
+    let places = [(0.0, 0.0)].into_iter().chain((1..rings).flat_map(ring)).chain([(PI, 0.0)]);
+    let vertices: Vec<[f32; 3]> = places.map(|(along, around)| point(along, around).to_array()).collect();
+    let at = |k: u32, i: u32| 1 + (k - 1) * sides + i % sides;
+    let last = vertices.len() as u32 - 1;
+    let mut triangles = Vec::new();
+    for i in 0..sides {
+        triangles.extend([[0, at(1, i), at(1, i + 1)], [last, at(rings - 1, i + 1), at(rings - 1, i)]]);
+        for k in 2..rings {
+            triangles.push([at(k - 1, i), at(k, i), at(k, i + 1)]);
+            triangles.push([at(k - 1, i), at(k, i + 1), at(k - 1, i + 1)]);
+        }
+    }
+    (vertices, triangles)
+}
+
 pub fn of_file(mesh: PathBuf, category: &str) -> ShapeRequest {
     ShapeRequest { mesh, ..request(Path::new(""), "thing", category) }
 }

@@ -101,27 +101,9 @@ fn a_convex_mesh_of_few_corners_is_its_own_part() {
 #[test]
 fn a_ball_is_not_hollow() {
     let folder = tempfile::tempdir().unwrap();
-    let (rings, sides) = (16_u32, 32_u32);
-    let mut vertices = vec![[0.0, -0.3, 0.0]];
-    for k in 1..rings {
-        let (up, out) = (std::f32::consts::PI * k as f32 / rings as f32 - std::f32::consts::FRAC_PI_2).sin_cos();
-        for i in 0..sides {
-            let (sin, cos) = (std::f32::consts::TAU * i as f32 / sides as f32).sin_cos();
-            vertices.push([0.3 * out * cos, 0.3 * up, 0.3 * out * sin]);
-        }
-    }
-    vertices.push([0.0, 0.3, 0.0]);
-    let at = |k: u32, i: u32| 1 + (k - 1) * sides + i % sides;
-    let last = vertices.len() as u32 - 1;
-    let mut triangles = Vec::new();
-    for i in 0..sides {
-        triangles.push([0, at(1, i), at(1, i + 1)]);
-        triangles.push([last, at(rings - 1, i + 1), at(rings - 1, i)]);
-        for k in 2..rings {
-            triangles.push([at(k - 1, i), at(k, i), at(k, i + 1)]);
-            triangles.push([at(k - 1, i), at(k, i + 1), at(k - 1, i + 1)]);
-        }
-    }
+    let (vertices, triangles) = between_poles(16, 32, |along, around| {
+        0.3 * Vec3::new(along.sin() * around.cos(), -along.cos(), along.sin() * around.sin())
+    });
     let shape = build(of_file(obj(folder.path(), "ball.obj", &vertices, &triangles), "ball"), None);
     check("ball", &shape);
     let points: Vec<Vec3> = vertices.iter().map(|&v| Vec3::from_array(v)).collect();
@@ -136,29 +118,11 @@ fn a_ball_is_not_hollow() {
 #[test]
 fn parts_of_something_solid_share_little() {
     let folder = tempfile::tempdir().unwrap();
-    let (rings, sides) = (40_u32, 56_u32);
-    let mut vertices = vec![[0.0, -0.1, 0.0]];
-    let mut triangles = Vec::new();
-    for k in 1..rings {
-        let along = std::f32::consts::PI * k as f32 / rings as f32;
-        for i in 0..sides {
-            let around = std::f32::consts::TAU * i as f32 / sides as f32;
-            let dents = 1.0 + 0.12 * (3.0 * around).sin() + 0.09 * (5.0 * around + 4.0 * along).sin();
-            let out = 0.1 * along.sin() * (1.0 - 0.35 * (1.0 - along.cos())) * dents;
-            vertices.push([out * around.cos(), -0.1 * along.cos(), out * around.sin()]);
-        }
-    }
-    vertices.push([0.0, 0.1, 0.0]);
-    let at = |k: u32, i: u32| 1 + k * sides + i % sides;
-    let last = vertices.len() as u32 - 1;
-    for i in 0..sides {
-        triangles.push([0, at(0, i), at(0, i + 1)]);
-        triangles.push([last, at(rings - 2, i + 1), at(rings - 2, i)]);
-        for k in 1..rings - 1 {
-            triangles.push([at(k - 1, i), at(k, i), at(k, i + 1)]);
-            triangles.push([at(k - 1, i), at(k, i + 1), at(k - 1, i + 1)]);
-        }
-    }
+    let (vertices, triangles) = between_poles(40, 56, |along, around| {
+        let dents = 1.0 + 0.12 * (3.0 * around).sin() + 0.09 * (5.0 * around + 4.0 * along).sin();
+        let out = 0.1 * along.sin() * (1.0 - 0.35 * (1.0 - along.cos())) * dents;
+        Vec3::new(out * around.cos(), -0.1 * along.cos(), out * around.sin())
+    });
     let corner = |i: u32| Vec3::from_array(vertices[i as usize]);
     let six: f32 = triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c)))).sum();
     let volume = six.abs() / 6.0;
