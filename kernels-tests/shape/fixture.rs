@@ -62,6 +62,63 @@ pub fn cuboid(low: [f32; 3], high: [f32; 3]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     (corners, quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect())
 }
 
+/// The closed surface of boxes, given by their lowest and highest corners, as one: faces that two of them share are left out. They
+/// have to meet in whole faces of the grid that all their sides make.
+pub fn blocks(boxes: &[[[f32; 3]; 2]]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let lines: [Vec<f32>; 3] = std::array::from_fn(|axis| {
+        let mut lines: Vec<f32> = boxes.iter().flatten().map(|corner| corner[axis]).collect();
+        lines.sort_by(f32::total_cmp);
+        lines.dedup();
+        lines
+    });
+    let count: [usize; 3] = std::array::from_fn(|axis| lines[axis].len() - 1);
+    let filled = |cell: [usize; 3]| {
+        let middle: [f32; 3] =
+            std::array::from_fn(|axis| 0.5 * (lines[axis][cell[axis]] + lines[axis][cell[axis] + 1]));
+        boxes.iter().any(|[low, high]| (0..3).all(|axis| low[axis] < middle[axis] && middle[axis] < high[axis]))
+    };
+    let number = |corner: [usize; 3]| ((corner[2] * (count[1] + 1) + corner[1]) * (count[0] + 1) + corner[0]) as u32;
+    let mut triangles = Vec::new();
+    for index in 0..count.iter().product() {
+        let cell = [index % count[0], index / count[0] % count[1], index / count[0] / count[1]];
+        for (axis, far) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
+            let mut beyond = cell;
+            beyond[axis] = if far { cell[axis] + 1 } else { cell[axis].wrapping_sub(1) };
+            if !filled(cell) || (beyond[axis] < count[axis] && filled(beyond)) {
+                continue;
+            }
+            let corner = |u: usize, v: usize| {
+                let mut corner = cell;
+                corner[axis] += usize::from(far);
+                corner[(axis + 1) % 3] += u;
+                corner[(axis + 2) % 3] += v;
+                number(corner)
+            };
+            let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+            triangles.extend(if far { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
+        }
+    }
+    let mut vertices = Vec::new();
+    for &z in &lines[2] {
+        for &y in &lines[1] {
+            vertices.extend(lines[0].iter().map(|&x| [x, y, z]));
+        }
+    }
+    (vertices, triangles)
+}
+
+/// Volume that a closed surface encloses, m³, and its middle, m.
+pub fn enclosed(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> (f32, Vec3) {
+    let corner = |i: u32| Vec3::from_array(vertices[i as usize]);
+    let cones = triangles.iter().map(|&[a, b, c]| {
+        let (a, b, c) = (corner(a), corner(b), corner(c));
+        let volume = a.dot(b.cross(c)) / 6.0;
+        (volume, 0.25 * volume * (a + b + c))
+    });
+    let (volume, moment) = cones.fold((0.0, Vec3::ZERO), |sum, cone| (sum.0 + cone.0, sum.1 + cone.1));
+    (volume, moment / volume)
+}
+
 /// A closed surface of rings of corners between two poles. `point`: where it is at an angle along it from pole to pole and one
 /// around it.
 pub fn between_poles(rings: u32, sides: u32, point: impl Fn(f32, f32) -> Vec3) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {

@@ -24,9 +24,9 @@ fn representative_meshes_are_covered_and_do_not_stick_out() {
         let shape = build(request(&objects, name, category), None);
         check(name, &shape);
         let q = &shape.quality;
-        // The desk's round edges cost two parts more, and the report says so.
+        // The desk's round edges cost three parts more, and the report says so.
         let told = shape.notes.iter().any(|note| note.contains("follow its surface"));
-        let most = part_budget(category) + if told { 2 } else { 0 };
+        let most = part_budget(category) + if told { 3 } else { 0 };
         assert!(q.parts <= most, "{name}: {} parts, {:?}", q.parts, shape.notes);
         // The millimetre that the project asks for, where things rest; the covering of round edges stands out by more.
         assert!(q.uncovered_feet_mm < 0.2 && q.uncovered_top_mm < 0.2 && q.uncovered_p95_mm < 0.1, "{name}: {q:?}");
@@ -67,8 +67,9 @@ fn a_round_mesh_is_covered_and_keeps_its_flat_bottom() {
     }
     let corners = || shape.parts.iter().flat_map(|part| &part.vertices);
     let (low, high) = corners().fold((f32::INFINITY, 0.0_f32), |(l, h), v| (l.min(v.y), h.max(v.y)));
-    // At the pole a vertex follows several slanting faces.
-    assert!((low + PADDING).abs() < 1e-5 && (high - 0.12 - PADDING).abs() < 2e-5, "{low} … {high}");
+    assert!((low + PADDING).abs() < 1e-5, "it stands at {low} m");
+    // Around the pole, on which it can stand, too, what lies within half a millimetre of a facet is drawn out to it.
+    assert!((-2e-5..0.5e-3).contains(&(high - 0.12 - PADDING)), "it ends at {high} m");
     let beyond = corners().map(|v| v.length() - 0.12).fold(0.0, f32::max);
     assert!(beyond < 4e-3, "a part stands out by {} mm", 1e3 * beyond);
 }
@@ -113,6 +114,56 @@ fn a_ball_is_not_hollow() {
     assert!(shape.mass.center.length() < 1e-3, "its centre of mass is at {} m", shape.mass.center);
 }
 
+/// Parts weigh what the mesh does, and their centre of mass is where the mesh has it, within `off` (m).
+fn weighs_right(name: &str, category: &str, (vertices, triangles): (Vec<[f32; 3]>, Vec<[u32; 3]>), off: f32) -> Shape {
+    let folder = tempfile::tempdir().unwrap();
+    let shape = build(of_file(obj(folder.path(), "mesh.obj", &vertices, &triangles), category), None);
+    check(name, &shape);
+    let (volume, center) = enclosed(&vertices, &triangles);
+    let (ratio, aside) = (shape.mass.volume / volume, shape.mass.center.distance(center));
+    assert!((0.98..1.08).contains(&ratio), "{name}: {} parts hold {ratio}", shape.parts.len());
+    assert!(aside < off, "{name}: the centre of mass of {} parts is {aside} m aside", shape.parts.len());
+    shape
+}
+
+/// A snowman. Cut by planes in three directions, its pieces lack the corners in which these meet inside: its parts held 0.8
+/// of it, with the centre of mass 12 mm aside.
+#[test]
+fn a_snowman_is_not_hollow() {
+    let snowman = between_poles(48, 32, |along, around| {
+        let height = -0.13 * along.cos();
+        let ball = |middle: f32, radius: f32| (radius * radius - (height - middle).powi(2)).max(0.0).sqrt();
+        let out = ball(-0.05, 0.08).max(ball(0.07, 0.06));
+        Vec3::new(out * around.cos(), height, out * around.sin())
+    });
+    weighs_right("snowman", "", snowman, 1.5e-3);
+}
+
+/// A shelf whose boards are one mesh: no single cut opens it, and its parts held five times what it does.
+#[test]
+fn a_shelf_is_cut_along_its_boards() {
+    let board = |y: f32| [[-0.38, y, -0.14], [0.38, y + 0.02, 0.15]];
+    let side = |x: f32| [[x, 0.0, -0.14], [x + 0.02, 1.8, 0.15]];
+    let back = [[-0.4, 0.0, -0.15], [0.4, 1.8, -0.14]];
+    let boxes: Vec<[[f32; 3]; 2]> =
+        [back, side(-0.4), side(0.38)].into_iter().chain((0..6).map(|i| board(0.05 + 0.34 * i as f32))).collect();
+    let shape = weighs_right("shelf", "shelf", blocks(&boxes), 5e-3);
+    assert!(shape.parts.len() <= 10, "{} parts", shape.parts.len());
+}
+
+/// A chair with six slats in its back, more bars than parts of its category: those that bridge two slats weigh the gap.
+#[test]
+fn the_gaps_of_a_chair_weigh_nothing() {
+    let leg = |x: f32, z: f32| [[x, 0.0, z], [x + 0.04, 0.43, z + 0.04]];
+    let seat = [[-0.22, 0.43, -0.22], [0.22, 0.47, 0.22]];
+    let slat = |x: f32| [[x, 0.47, -0.22], [x + 0.03, 0.93, -0.19]];
+    let rail = [[-0.22, 0.93, -0.22], [0.22, 0.98, -0.19]];
+    let legs = [leg(-0.22, -0.22), leg(0.18, -0.22), leg(-0.22, 0.18), leg(0.18, 0.18)];
+    let slats = (0..6).map(|i| slat(-0.22 + 0.082 * i as f32));
+    let boxes: Vec<[[f32; 3]; 2]> = legs.into_iter().chain([seat, rail]).chain(slats).collect();
+    weighs_right("chair", "chair", blocks(&boxes), 0.012);
+}
+
 /// A dented pear. Pieces of its surface are merged where that fills no free space, and what they share inside costs too:
 /// without that its parts hold half as much again as it does.
 #[test]
@@ -123,9 +174,7 @@ fn parts_of_something_solid_share_little() {
         let out = 0.1 * along.sin() * (1.0 - 0.35 * (1.0 - along.cos())) * dents;
         Vec3::new(out * around.cos(), -0.1 * along.cos(), out * around.sin())
     });
-    let corner = |i: u32| Vec3::from_array(vertices[i as usize]);
-    let six: f32 = triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c)))).sum();
-    let volume = six.abs() / 6.0;
+    let volume = enclosed(&vertices, &triangles).0.abs();
     let shape = build(of_file(obj(folder.path(), "pear.obj", &vertices, &triangles), "fruit"), None);
     check("pear", &shape);
     let of_part = |part: &Part| ConvexPolyhedron::from_convex_hull(&part.vertices).unwrap().mass_properties(1.0).mass();

@@ -4,8 +4,8 @@
 //! depth of the hollow. So pieces of objects that bear others are cut further, in two or in four, until no part stands far
 //! above the surface under it.
 
+use super::cluster::Cluster;
 use super::solid::Solid;
-use super::split::{Piece, clip};
 use glam::{Vec2, Vec3, Vec4};
 
 /// A part may stand above the surface by this much in nineteen of twenty places, m.
@@ -19,7 +19,7 @@ const WORTH: f32 = 0.8;
 
 /// A piece and how its hull stands above its surface.
 struct Cover {
-    piece: Piece,
+    cluster: Cluster,
     /// Depth under the hull, 95th percentile over the columns, m.
     depth: f32,
     /// Squared depth integrated over the columns, m⁴.
@@ -38,14 +38,14 @@ struct Columns {
 
 impl Columns {
     /// `flat`: where a point lies seen from above.
-    fn new(piece: &Piece, up: Vec3, flat: impl Fn(Vec3) -> Vec2) -> Self {
-        let corners = piece.hull.vertices.iter().map(|&p| flat(p));
+    fn new(cluster: &Cluster, up: Vec3, flat: impl Fn(Vec3) -> Vec2) -> Self {
+        let corners = cluster.hull.vertices.iter().map(|&p| flat(p));
         let (low, high) =
             corners.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let cell = ((high - low).max_element() / COLUMNS as f32).max(f32::MIN_POSITIVE);
         let count = ((high - low) / cell).ceil().max(Vec2::ONE).to_array().map(|n| n as usize);
         let mut columns = Self { low, cell, count, tops: vec![(f32::NEG_INFINITY, 0.0); count[0] * count[1]] };
-        for t in &piece.triangles {
+        for t in cluster.triangles() {
             let slope = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero().dot(up);
             columns.see(t.map(&flat), t.map(|corner| up.dot(corner)), slope);
         }
@@ -81,10 +81,10 @@ impl Columns {
 }
 
 impl Cover {
-    fn new(piece: Piece, solid: &Solid, up: Vec3) -> Self {
+    fn new(cluster: Cluster, solid: &Solid, up: Vec3) -> Self {
         let (u, v) = up.any_orthonormal_pair();
-        let columns = Columns::new(&piece, up, |p| Vec2::new(u.dot(p), v.dot(p)));
-        let above: Vec<Vec4> = piece.hull.planes.iter().copied().filter(|n| n.truncate().dot(up) > 1e-6).collect();
+        let columns = Columns::new(&cluster, up, |p| Vec2::new(u.dot(p), v.dot(p)));
+        let above: Vec<Vec4> = cluster.hull.planes.iter().copied().filter(|n| n.truncate().dot(up) > 1e-6).collect();
         let mut depths = Vec::new();
         for (i, &(height, slope)) in columns.tops.iter().enumerate().filter(|(_, top)| top.1.abs() >= STEEPEST) {
             let p = columns.middle(i);
@@ -100,7 +100,7 @@ impl Cover {
         let waste = depths.iter().map(|d| d * d).sum::<f32>() * columns.cell * columns.cell;
         depths.sort_by(f32::total_cmp);
         let depth = depths.get(depths.len() * 19 / 20).copied().unwrap_or(0.0);
-        Self { piece, depth, waste }
+        Self { cluster, depth, waste }
     }
 
     /// The piece cut in two across the horizontal direction that leaves least; in four if that alone helps, as where it sags
@@ -116,18 +116,19 @@ impl Cover {
 
     /// The pieces on all sides of planes through the middle.
     fn cut_across(&self, normals: &[Vec3], solid: &Solid, up: Vec3) -> Option<Vec<Self>> {
-        let mut sides = vec![self.piece.triangles.clone()];
+        let mut sides = vec![self.cluster.clone()];
         for &normal in normals {
-            let (low, high) = self.piece.hull.extent(normal);
-            sides = sides.iter().flat_map(|side| clip(side, normal, 0.5 * (low + high))).collect();
+            let (low, high) = self.cluster.hull.extent(normal);
+            let cut = sides.iter().flat_map(|side| side.sides(normal, 0.5 * (low + high), solid));
+            sides = cut.collect::<Option<_>>()?;
         }
-        sides.into_iter().map(|side| Some(Self::new(Piece::new(side, solid)?, solid, up))).collect()
+        Some(sides.into_iter().map(|side| Self::new(side, solid, up)).collect())
     }
 }
 
 /// Cuts those pieces further whose hulls stand above their surface, as long as there are fewer than `most`.
-pub(super) fn follow_tops(pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize) -> Vec<Piece> {
-    let mut covers: Vec<Cover> = pieces.into_iter().map(|piece| Cover::new(piece, solid, up)).collect();
+pub(super) fn follow_tops(clusters: Vec<Cluster>, solid: &Solid, up: Vec3, most: usize) -> Vec<Cluster> {
+    let mut covers: Vec<Cover> = clusters.into_iter().map(|cluster| Cover::new(cluster, solid, up)).collect();
     let mut whole = vec![false; covers.len()];
     while covers.len() < most {
         let open = (0..covers.len()).filter(|&i| !whole[i] && covers[i].depth > TOLERATED);
@@ -141,5 +142,5 @@ pub(super) fn follow_tops(pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usi
             None => whole[worst] = true,
         }
     }
-    covers.into_iter().map(|cover| cover.piece).collect()
+    covers.into_iter().map(|cover| cover.cluster).collect()
 }

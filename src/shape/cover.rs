@@ -5,15 +5,16 @@
 //! by the shortest way. Horizontal faces that are tight already stay where they are: they are feet, tops and boards.
 
 use super::ShapeSettings;
+use super::cluster::Cluster;
 use super::hull::Hull;
 use super::reduce::{Levels, reduce};
 use super::solid::Solid;
-use super::split::Piece;
 use glam::{Vec3, Vec4};
 
 /// A part may stand out beyond its full hull by this share of its diagonal before it is worth another part …
 const GROWTH: f32 = 0.01;
-/// … but not by less or more than this, m, …
+/// … but not by less or more than this, m (what an object stands on by no more than the least: the bottom of a bowl is to
+/// be as round as it is), …
 const LEAST_GROWTH: f32 = 1e-3;
 const MOST_GROWTH: f32 = 1.5e-3;
 /// … and the two halves must stand out by less than this share of what the whole does, …
@@ -34,13 +35,11 @@ const HORIZONTAL: f32 = 0.999;
 
 /// A piece and what its hull has become with the vertices that a part may have.
 struct Fitted {
-    piece: Piece,
+    cluster: Cluster,
     part: Hull,
     /// How far the part stands out beyond the piece's hull, m, and how far it may.
     growth: f32,
     tolerated: f32,
-    /// Nothing else of the object reaches into the piece's hull.
-    alone: bool,
     /// Cuts in a row that did not help.
     blind: u32,
     /// No cut helps.
@@ -48,18 +47,20 @@ struct Fitted {
 }
 
 impl Fitted {
-    fn new(piece: Piece, alone: bool, levels: &Levels, settings: &ShapeSettings) -> Self {
-        let (part, growth) = covering(&piece.hull, levels, settings);
-        let (low, high) = piece.hull.bounds();
-        let tolerated = (GROWTH * low.distance(high)).clamp(LEAST_GROWTH, MOST_GROWTH);
-        Self { piece, part, growth, tolerated, alone, blind: 0, done: false }
+    fn new(cluster: Cluster, levels: &Levels, settings: &ShapeSettings) -> Self {
+        let (part, growth) = covering(&cluster.hull, levels, settings);
+        let (low, high) = cluster.hull.bounds();
+        let stands = cluster.hull.vertices.iter().any(|&vertex| levels.is_foot(vertex));
+        let most = if stands { LEAST_GROWTH } else { MOST_GROWTH };
+        let tolerated = (GROWTH * low.distance(high)).clamp(LEAST_GROWTH, most);
+        Self { cluster, part, growth, tolerated, blind: 0, done: false }
     }
 
     /// Its two sides, cut across the middle of that side of its box which leaves them standing out least, if that helps.
     fn halves(&self, solid: &Solid, levels: &Levels, settings: &ShapeSettings) -> Option<[Self; 2]> {
         let growth = |halves: &[Self; 2]| halves[0].growth.max(halves[1].growth);
-        let cuts = Vec3::AXES.into_iter().filter_map(|axis| match self.piece.halves(axis, solid, self.alone) {
-            [Some(one), Some(other)] => Some([one, other].map(|half| Self::new(half, self.alone, levels, settings))),
+        let cuts = Vec3::AXES.into_iter().filter_map(|axis| match self.cluster.halves(axis, solid) {
+            [Some(one), Some(other)] => Some([one, other].map(|half| Self::new(half, levels, settings))),
             _ => None,
         });
         let mut halves = cuts.min_by(|a, b| growth(a).total_cmp(&growth(b)))?;
@@ -86,23 +87,22 @@ pub(super) fn covering(full: &Hull, levels: &Levels, settings: &ShapeSettings) -
 /// The pieces' hulls with at most so many vertices as a part may have. A convex object of no more is its own part. If parts are
 /// to cover what they stand for, pieces whose hulls would grow most are cut while there are fewer than `most` parts.
 pub(super) fn fit(
-    pieces: Vec<Piece>,
+    clusters: Vec<Cluster>,
     solid: &Solid,
     levels: &Levels,
     most: usize,
     settings: &ShapeSettings,
 ) -> Vec<Hull> {
-    if let [piece] = &pieces[..]
-        && piece.hull.vertices.len() <= settings.max_vertices
+    if let [cluster] = &clusters[..]
+        && cluster.hull.vertices.len() <= settings.max_vertices
     {
-        return vec![piece.hull.clone()];
+        return vec![cluster.hull.clone()];
     }
     if !settings.covering {
         let vertices = settings.max_vertices;
-        return pieces.iter().map(|piece| reduce(&piece.hull, levels, vertices, vertices)).collect();
+        return clusters.iter().map(|cluster| reduce(&cluster.hull, levels, vertices, vertices)).collect();
     }
-    let alone = pieces.len() == 1;
-    let mut fitted: Vec<Fitted> = pieces.into_iter().map(|piece| Fitted::new(piece, alone, levels, settings)).collect();
+    let mut fitted: Vec<Fitted> = clusters.into_iter().map(|cluster| Fitted::new(cluster, levels, settings)).collect();
     while fitted.len() < most {
         let candidates = (0..fitted.len()).filter(|&i| !fitted[i].done && fitted[i].growth > fitted[i].tolerated);
         let Some(worst) = candidates.max_by(|&a, &b| fitted[a].growth.total_cmp(&fitted[b].growth)) else {

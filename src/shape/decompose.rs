@@ -1,18 +1,22 @@
 //! From a mesh to at most a given number of convex parts.
 //!
-//! Three ways lead to pieces: cutting the whole surface, cutting each connected component for itself (furniture is
-//! modelled as boards and legs), and cutting it like a cake first (no single cut opens a bowl, so the greedy search
-//! would slice it into discs). All are merged down to the budget and the one that bulges least is kept.
+//! Four ways lead to pieces: cutting the whole surface, cutting each connected component for itself (furniture is
+//! modelled as boards and legs), cutting it like a cake first (no single cut opens a bowl, so the greedy search
+//! would slice it into discs), and cutting it along its largest faces first (none opens a shelf whose boards are one
+//! mesh). All are merged down to the budget and the one that bulges least is kept.
 
 use super::ShapeSettings;
 use super::bearing::follow_tops;
+use super::cluster::Cluster;
 use super::cover::fit;
 use super::hull::Hull;
 use super::merge::{Limits, merge};
+use super::planes::{best_cut, largest_face};
 use super::recut::recut;
 use super::reduce::Levels;
+use super::slim::slim;
 use super::solid::Solid;
-use super::split::{Piece, clip, components, split};
+use super::split::{Piece, components, split};
 use glam::Vec3;
 
 /// A mesh whose hull has at most this share of free space is its own hull.
@@ -35,12 +39,13 @@ pub(super) fn decompose(
     settings: &ShapeSettings,
     notes: &mut Vec<String>,
 ) -> Vec<Hull> {
-    let mut fit = |pieces: Vec<Piece>| -> Vec<Hull> {
-        let open = pieces.len();
-        let pieces = if bears { follow_tops(pieces, solid, levels.up, settings.following_parts) } else { pieces };
-        let hulls = fit(pieces, solid, levels, budget.max(settings.following_parts), settings);
+    let mut fit = |clusters: Vec<Cluster>| -> Vec<Hull> {
+        let open = clusters.len();
+        let most = settings.following_parts;
+        let clusters = if bears { follow_tops(clusters, solid, levels.up, most) } else { clusters };
+        let hulls = fit(clusters, solid, levels, budget.max(most), settings);
         if hulls.len() > budget {
-            let why = if open > budget { "keep compartments open" } else { "follow its surface" };
+            let why = if open > budget { "leave free space open" } else { "follow its surface" };
             notes.push(format!("{} parts, more than the {budget} of its category, to {why}", hulls.len()));
         }
         hulls
@@ -49,7 +54,7 @@ pub(super) fn decompose(
         return Vec::new();
     };
     if solid.protrusion(&whole.hull).1 <= CONVEX * whole.hull.volume() {
-        return fit(vec![whole]);
+        return fit(Cluster::new(vec![whole]).into_iter().collect());
     }
     // A layer of this depth over the whole hull, shared by the parts.
     let layer = 0.5 * settings.accuracy * settings.accuracy * whole.hull.area();
@@ -59,15 +64,18 @@ pub(super) fn decompose(
     let compartment = COMPARTMENT * (high - low).element_product().powf(4.0 / 3.0);
     let limits =
         Limits { budget, extra: settings.extra_parts, free: enough, compartment, shared: layer / whole.hull.volume() };
-    let mut best: Option<(f32, bool, Vec<Piece>)> = None;
+    let mut best: Option<(f32, bool, Vec<Cluster>)> = None;
     let mut consider = |pieces: Vec<Piece>| {
-        let pieces = split(pieces, solid, levels.up, most, enough);
+        let pieces = split(pieces, solid, most, enough, |piece| {
+            best_cut(&piece.triangles, &piece.hull, solid, levels.up, |hull| solid.protrusion(hull).0)
+        });
         let merged = merge(&pieces, solid, &limits);
         // A part has to be worth what a merge may cost for free.
         let score = merged.bulge + enough * merged.groups.len() as f32;
         if best.as_ref().is_none_or(|b| score < b.0) {
             let groups = merged.groups.iter();
-            let joined = groups.filter_map(|members| Piece::joined(members.iter().map(|&m| &pieces[m])));
+            let joined =
+                groups.filter_map(|members| Cluster::new(members.iter().map(|&m| pieces[m].clone()).collect()));
             best = Some((score, merged.closed, joined.collect()));
         }
     };
@@ -79,12 +87,19 @@ pub(super) fn decompose(
     if round {
         consider(sectors(&whole, solid, levels.up, budget));
     }
+    let along_faces = |piece: &Piece| largest_face(&piece.triangles, &piece.hull, solid, levels.up);
+    consider(split(vec![whole.clone()], solid, most, enough, along_faces));
     consider(vec![whole]);
-    let Some((_, closed, pieces)) = best else {
+    let Some((_, closed, clusters)) = best else {
         return Vec::new();
     };
-    let pieces = recut(without_hidden(pieces), solid, limits.shared);
-    let hulls = fit(pieces);
+    let clusters = recut(without_hidden(clusters), solid, limits.shared);
+    let clusters = match settings.covering {
+        true => slim(clusters, solid, levels.up, settings.following_parts),
+        false => clusters,
+    };
+    let closed = closed && clusters.iter().any(|cluster| solid.protrusion(&cluster.hull).0 > compartment);
+    let hulls = fit(clusters);
     if closed {
         notes.push(format!("a compartment is closed: {} parts are too few for it", hulls.len()));
     }
@@ -97,22 +112,22 @@ fn sectors(whole: &Piece, solid: &Solid, up: Vec3, budget: usize) -> Vec<Piece> 
     let center = 0.5 * (low + high);
     let (u, v) = up.any_orthonormal_pair();
     let planes = (budget / 2).saturating_sub(1).clamp(2, 7);
-    let mut sectors = vec![whole.triangles.clone()];
+    let mut sectors = vec![whole.clone()];
     for i in 0..planes {
         let (sin, cos) = (std::f32::consts::PI * (i as f32 + 0.5) / planes as f32).sin_cos();
         let normal = u * cos + v * sin;
-        sectors = sectors.iter().flat_map(|triangles| clip(triangles, normal, normal.dot(center))).collect();
+        sectors = sectors.iter().flat_map(|piece| piece.sides(normal, normal.dot(center), solid)).flatten().collect();
     }
-    sectors.into_iter().filter_map(|triangles| Piece::new(triangles, solid)).collect()
+    sectors
 }
 
 /// Leaves out parts that lie wholly within another part.
-fn without_hidden(mut pieces: Vec<Piece>) -> Vec<Piece> {
-    pieces.sort_by(|a, b| b.hull.volume().total_cmp(&a.hull.volume()));
-    let mut kept: Vec<Piece> = Vec::new();
-    for piece in pieces {
-        if !kept.iter().any(|k| piece.hull.vertices.iter().all(|v| k.hull.excess(*v) <= 1e-5)) {
-            kept.push(piece);
+fn without_hidden(mut clusters: Vec<Cluster>) -> Vec<Cluster> {
+    clusters.sort_by(|a, b| b.hull.volume().total_cmp(&a.hull.volume()));
+    let mut kept: Vec<Cluster> = Vec::new();
+    for cluster in clusters {
+        if !kept.iter().any(|k| cluster.hull.vertices.iter().all(|v| k.hull.excess(*v) <= 1e-5)) {
+            kept.push(cluster);
         }
     }
     kept

@@ -3,9 +3,10 @@
 //! A merged part spans what lies between its pieces, also where another part is. Such two are joined and cut by one plane,
 //! so that they share nothing, if that bulges and holds less in all.
 
+use super::cluster::Cluster;
 use super::hull::{Hull, directions, plane_sides};
+use super::planes::Wire;
 use super::solid::Solid;
-use super::split::{Piece, Wire, clip};
 use glam::Vec3;
 
 /// Two pieces are cut anew if they share more than this of the smaller one.
@@ -21,16 +22,16 @@ const SWEEPS: usize = 2;
 const WORTH: f32 = 0.02;
 
 /// Cuts pieces that reach into each other anew; what they hold costs `shared` (m⁴ for each m³) beside their bulge.
-pub(super) fn recut(mut pieces: Vec<Piece>, solid: &Solid, shared: f32) -> Vec<Piece> {
+pub(super) fn recut(mut clusters: Vec<Cluster>, solid: &Solid, shared: f32) -> Vec<Cluster> {
     let probes = directions(2 * PLANES);
     for _ in 0..SWEEPS {
         let mut changed = false;
-        for i in 0..pieces.len() {
+        for i in 0..clusters.len() {
             for j in 0..i {
-                if share(&pieces[i].hull, &pieces[j].hull) > SHARED
-                    && let Some([one, other]) = apart(&pieces[i], &pieces[j], solid, shared, &probes)
+                if share(&clusters[i].hull, &clusters[j].hull) > SHARED
+                    && let Some([one, other]) = apart(&clusters[i], &clusters[j], solid, shared, &probes)
                 {
-                    (pieces[i], pieces[j]) = (one, other);
+                    (clusters[i], clusters[j]) = (one, other);
                     changed = true;
                 }
             }
@@ -39,7 +40,7 @@ pub(super) fn recut(mut pieces: Vec<Piece>, solid: &Solid, shared: f32) -> Vec<P
             break;
         }
     }
-    pieces
+    clusters
 }
 
 /// Share of the smaller of two hulls that lies in the other, roughly: of points spread over its box.
@@ -59,11 +60,11 @@ fn share(a: &Hull, b: &Hull) -> f32 {
 }
 
 /// Two pieces as the two sides of a plane through the middle of what they share along its normal, if that costs less.
-fn apart(a: &Piece, b: &Piece, solid: &Solid, shared: f32, probes: &[Vec3]) -> Option<[Piece; 2]> {
+fn apart(a: &Cluster, b: &Cluster, solid: &Solid, shared: f32, probes: &[Vec3]) -> Option<[Cluster; 2]> {
     let cost = |hull: &Hull| solid.protrusion(hull).0 + shared * hull.volume();
     let now = cost(&a.hull) + cost(&b.hull);
-    let triangles: Vec<[Vec3; 3]> = a.triangles.iter().chain(&b.triangles).copied().collect();
-    let wire = Wire::new(&triangles);
+    let both = a.joined(b)?;
+    let wire = Wire::new(&both.triangles().copied().collect::<Vec<_>>());
     let mut best: Option<(f32, Vec3, f32)> = None;
     let middle = |hull: &Hull| 0.5 * (hull.bounds().0 + hull.bounds().1);
     let across = (middle(&a.hull) - middle(&b.hull)).try_normalize();
@@ -81,13 +82,14 @@ fn apart(a: &Piece, b: &Piece, solid: &Solid, shared: f32, probes: &[Vec3]) -> O
         }
     }
     let (_, normal, offset) = best.filter(|b| b.0 < now)?;
-    let [below, above] = clip(&triangles, normal, offset);
-    let (below, above) = (Piece::new(below, solid)?, Piece::new(above, solid)?);
+    let [below, above] = both.sides(normal, offset, solid);
+    let (below, above) = (below?, above?);
     (cost(&below.hull) + cost(&above.hull) < (1.0 - WORTH) * now).then_some([below, above])
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::split::Piece;
     use super::*;
 
     /// An angle of two legs of 1 m, 0.2 m thick and 0.5 m wide.
@@ -105,13 +107,16 @@ mod tests {
     fn legs_that_share_a_corner_part_at_it() {
         let triangles = angle();
         let solid = Solid::new(&triangles, Vec3::Y, 40_000);
+        let whole = Piece::new(triangles, &solid).unwrap_or_else(|| panic!("an angle has volume"));
         let below = |normal: Vec3| {
-            let [below, _] = clip(&triangles, normal, 0.2);
-            Piece::new(below, &solid).unwrap_or_else(|| panic!("nothing on one side of {normal}"))
+            let [below, _] = whole.sides(normal, 0.2, &solid);
+            below
+                .and_then(|piece| Cluster::new(vec![piece]))
+                .unwrap_or_else(|| panic!("nothing on one side of {normal}"))
         };
         let legs = vec![below(Vec3::X), below(Vec3::Y)];
-        let volume = |pieces: &[Piece]| pieces.iter().map(|piece| piece.hull.volume()).sum::<f32>();
-        let bulge = |pieces: &[Piece]| pieces.iter().map(|piece| piece.bulge).sum::<f32>();
+        let volume = |legs: &[Cluster]| legs.iter().map(|leg| leg.hull.volume()).sum::<f32>();
+        let bulge = |legs: &[Cluster]| legs.iter().map(|leg| solid.protrusion(&leg.hull).0).sum::<f32>();
         assert!((share(&legs[0].hull, &legs[1].hull) - 0.2).abs() < 0.02);
         assert!((volume(&legs) - 0.2).abs() < 1e-5);
         let bulged = bulge(&legs);

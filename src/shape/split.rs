@@ -5,25 +5,17 @@
 //! are evenly spaced and, above all, the planes of large flat facets: the underside of a table top is where it parts
 //! from its legs. What a cut disconnects (four legs) falls apart at once.
 
-use super::hull::{Hull, MIN_THICKNESS, directions, plane_sides, supports};
+use super::hull::{Hull, plane_sides, supports};
 use super::solid::Solid;
 use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Evenly spaced candidate planes for each direction.
-const EVEN_CUTS: usize = 9;
-/// Candidate planes for each direction that lie in large flat facets.
-const FACET_CUTS: usize = 8;
-
-/// Cuts are planned on about so many triangles, evenly picked; they are made on all.
-const PLANNED: usize = 10_000;
 
 /// A part of the surface and its hull.
 #[derive(Clone)]
 pub(super) struct Piece {
     /// Clipped triangles, m.
     pub triangles: Vec<[Vec3; 3]>,
-    /// Their hull.
+    /// Hull of these and of what lies behind them, deep in the solid.
     pub hull: Hull,
     /// Free space in the hull, weighted by its distance to the surface, m⁴.
     pub bulge: f32,
@@ -32,25 +24,32 @@ pub(super) struct Piece {
 impl Piece {
     /// The piece that consists of these triangles.
     pub fn new(triangles: Vec<[Vec3; 3]>, solid: &Solid) -> Option<Self> {
-        Self::with_core(triangles, Vec::new(), solid)
+        Self::around(triangles, &[], solid)
     }
 
     /// The same with points inside the solid that belong to it, too.
-    fn with_core(triangles: Vec<[Vec3; 3]>, core: Vec<Vec3>, solid: &Solid) -> Option<Self> {
-        let points = [triangles.as_flattened(), &core].concat();
-        let hull = Hull::new(&points)?;
+    fn around(triangles: Vec<[Vec3; 3]>, core: &[Vec3], solid: &Solid) -> Option<Self> {
+        let hull = Hull::new(&[triangles.as_flattened(), core].concat())?;
         let bulge = solid.protrusion(&hull).0;
         Some(Self { triangles, hull, bulge })
     }
 
-    /// The pieces on both sides of the plane through the middle of its extent along `axis`; `filled` if nothing else of the object
-    /// reaches into its hull.
-    pub fn halves(&self, axis: Vec3, solid: &Solid, filled: bool) -> [Option<Self>; 2] {
-        let (low, high) = self.hull.extent(axis);
-        let offset = 0.5 * (low + high);
-        let [below, above] = clip(&self.triangles, axis, offset);
-        let [core_below, core_above] = if filled { self.core(axis, offset, solid) } else { Default::default() };
-        [Self::with_core(below, core_below, solid), Self::with_core(above, core_above, solid)]
+    /// What lies on both sides of the plane `normal · x = offset`.
+    pub fn sides(&self, normal: Vec3, offset: f32, solid: &Solid) -> [Option<Self>; 2] {
+        let [below, above] = clip(&self.triangles, normal, offset);
+        let [core_below, core_above] = self.core(normal, offset, solid);
+        [Self::around(below, &core_below, solid), Self::around(above, &core_above, solid)]
+    }
+
+    /// The same, each side in as many pieces as nothing solid connects.
+    fn parted(&self, normal: Vec3, offset: f32, solid: &Solid) -> Vec<Self> {
+        let sides = clip(&self.triangles, normal, offset).map(|side| connected(side, solid, normal, offset));
+        let sides = sides.into_iter().zip(self.core(normal, offset, solid));
+        let pieces = sides.flat_map(|(mut connected, core)| match connected.len() {
+            1 => vec![Self::around(connected.remove(0), &core, solid)],
+            _ => connected.into_iter().map(|triangles| Self::new(triangles, solid)).collect(),
+        });
+        pieces.flatten().collect()
     }
 
     /// What of the hull lies deep in the solid, on both sides of a plane. The surface on one side of three planes leaves out the
@@ -62,18 +61,17 @@ impl Piece {
             side
         })
     }
-
-    /// Several pieces as one.
-    pub fn joined<'a>(members: impl Iterator<Item = &'a Piece> + Clone) -> Option<Self> {
-        let points: Vec<Vec3> = members.clone().flat_map(|piece| piece.hull.vertices.iter().copied()).collect();
-        let bulge = members.clone().map(|piece| piece.bulge).sum();
-        let triangles = members.flat_map(|piece| piece.triangles.iter().copied()).collect();
-        Some(Self { triangles, hull: Hull::new(&points)?, bulge })
-    }
 }
 
-/// Splits the pieces with the largest bulge until there are `most` of them or none bulges by more than `enough` (m⁴).
-pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize, enough: f32) -> Vec<Piece> {
+/// Splits the pieces with the largest bulge until there are `most` of them, none bulges by more than `enough` (m⁴) or `cut` (the
+/// plane `normal · x = offset`) knows of no way.
+pub(super) fn split(
+    mut pieces: Vec<Piece>,
+    solid: &Solid,
+    most: usize,
+    enough: f32,
+    cut: impl Fn(&Piece) -> Option<(Vec3, f32)>,
+) -> Vec<Piece> {
     let mut done: Vec<Piece> = Vec::new();
     while pieces.len() + done.len() < most {
         let Some(worst) = (0..pieces.len()).max_by(|&a, &b| pieces[a].bulge.total_cmp(&pieces[b].bulge)) else {
@@ -84,15 +82,7 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
             done.push(piece);
             break;
         }
-        let sides: Vec<Piece> = best_cut(&piece, solid, up)
-            .map(|(normal, offset)| {
-                clip(&piece.triangles, normal, offset)
-                    .into_iter()
-                    .flat_map(|side| connected(side, solid, normal, offset))
-                    .filter_map(|side| Piece::new(side, solid))
-                    .collect()
-            })
-            .unwrap_or_default();
+        let sides = cut(&piece).map(|(normal, offset)| piece.parted(normal, offset, solid)).unwrap_or_default();
         if sides.len() < 2 {
             done.push(piece);
         } else {
@@ -103,95 +93,8 @@ pub(super) fn split(mut pieces: Vec<Piece>, solid: &Solid, up: Vec3, most: usize
     done
 }
 
-/// The plane `normal · x = offset` whose two sides bulge least. Facets come first and win ties: a cut beside a facet
-/// leaves a layer too thin for the grid to see.
-fn best_cut(piece: &Piece, solid: &Solid, up: Vec3) -> Option<(Vec3, f32)> {
-    let probes = directions(42);
-    let wire = Wire::new(&piece.triangles);
-    let (u, v) = up.any_orthonormal_pair();
-    let (u, v) = if u.abs().max_element() > 0.999 { (u, v) } else { (Vec3::X, Vec3::Z) };
-    let normals = Vec3::AXES.into_iter().chain([(u + v).normalize(), (u - v).normalize()]);
-    let spans: Vec<Span> = normals.map(|normal| Span::new(piece, normal, solid.cell())).collect();
-    let facets = spans.iter().flat_map(|s| s.facets(piece, solid.cell()).into_iter().map(|at| (s.normal, at)));
-    let mut best: Option<(f32, Vec3, f32)> = None;
-    for (normal, offset) in facets.chain(spans.iter().flat_map(|s| s.even().map(|at| (s.normal, at)))) {
-        let (below, above) = plane_sides(&wire.vertices, &wire.edges, normal, offset);
-        let (Some(below), Some(above)) = (Hull::coarse(&below, &probes), Hull::coarse(&above, &probes)) else {
-            continue;
-        };
-        let bulge = solid.protrusion(&below).0 + solid.protrusion(&above).0;
-        if best.is_none_or(|b| bulge < b.0) {
-            best = Some((bulge, normal, offset));
-        }
-    }
-    best.map(|b| (b.1, b.2))
-}
-
-/// Where along a direction a piece may be cut.
-struct Span {
-    normal: Vec3,
-    low: f32,
-    high: f32,
-    margin: f32,
-}
-
-impl Span {
-    fn new(piece: &Piece, normal: Vec3, cell: f32) -> Self {
-        let (low, high) = piece.hull.extent(normal);
-        Self { normal, low, high, margin: (0.2 * cell).max(0.5 * MIN_THICKNESS).min(0.05 * (high - low)) }
-    }
-
-    /// The planes of the largest facets, largest first.
-    fn facets(&self, piece: &Piece, cell: f32) -> Vec<f32> {
-        let mut areas: BTreeMap<i64, (f32, f32)> = BTreeMap::new();
-        for t in &piece.triangles {
-            let cross = (t[1] - t[0]).cross(t[2] - t[0]);
-            let area = cross.length();
-            if area > 0.0 && cross.dot(self.normal).abs() > 0.995 * area {
-                let at = self.normal.dot(t[0] + t[1] + t[2]) / 3.0;
-                let slot = areas.entry((at / (0.1 * cell)).round() as i64).or_default();
-                *slot = (slot.0 + area, slot.1 + area * at);
-            }
-        }
-        let mut facets: Vec<(f32, f32)> = areas.into_values().map(|(area, sum)| (area, sum / area)).collect();
-        facets.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let within = |at: &f32| *at > self.low + self.margin && *at < self.high - self.margin;
-        facets.into_iter().map(|f| f.1).filter(within).take(FACET_CUTS).collect()
-    }
-
-    /// Evenly spaced planes.
-    fn even(&self) -> impl Iterator<Item = f32> + use<'_> {
-        (1..=EVEN_CUTS).map(|i| self.low + (self.high - self.low) * i as f32 / (EVEN_CUTS + 1) as f32)
-    }
-}
-
-/// The vertices and edges of a set of triangles, or of so many of them as cuts are planned on, each once.
-pub(super) struct Wire {
-    pub vertices: Vec<Vec3>,
-    pub edges: Vec<[u32; 2]>,
-}
-
-impl Wire {
-    pub fn new(triangles: &[[Vec3; 3]]) -> Self {
-        let stride = triangles.len().div_ceil(PLANNED).max(1);
-        let planned: Vec<[Vec3; 3]> = triangles.iter().copied().step_by(stride).collect();
-        let (corners, count) = numbered(&planned);
-        let mut vertices = vec![Vec3::ZERO; count];
-        let mut edges = Vec::with_capacity(3 * planned.len());
-        for (t, c) in planned.iter().zip(&corners) {
-            for k in 0..3 {
-                vertices[c[k] as usize] = t[k];
-                edges.push([c[k].min(c[(k + 1) % 3]), c[k].max(c[(k + 1) % 3])]);
-            }
-        }
-        edges.sort_unstable();
-        edges.dedup();
-        Self { vertices, edges }
-    }
-}
-
 /// Vertex numbers of the triangles' corners, equal positions sharing one, and how many there are.
-fn numbered(triangles: &[[Vec3; 3]]) -> (Vec<[u32; 3]>, usize) {
+pub(super) fn numbered(triangles: &[[Vec3; 3]]) -> (Vec<[u32; 3]>, usize) {
     // Adding zero makes −0 and 0 the same key.
     let mut keyed: Vec<([u32; 3], u32)> = triangles
         .as_flattened()

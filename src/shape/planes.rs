@@ -1,0 +1,124 @@
+//! Where to cut a piece: at the plane that leaves least, or along its largest face.
+
+use super::hull::{Hull, MIN_THICKNESS, directions, plane_sides};
+use super::solid::Solid;
+use super::split::numbered;
+use glam::Vec3;
+use std::collections::BTreeMap;
+
+/// Evenly spaced candidate planes for each direction.
+const EVEN_CUTS: usize = 9;
+/// Facets that are smaller than this share of the hull's surface part nothing.
+const FACE: f32 = 0.02;
+/// Candidate planes for each direction that lie in large flat facets.
+const FACET_CUTS: usize = 8;
+
+/// Cuts are planned on about so many triangles, evenly picked; they are made on all.
+const PLANNED: usize = 10_000;
+
+/// The plane `normal · x = offset` whose two sides cost least. Facets come first and win ties: a cut beside a facet
+/// leaves a layer too thin for the grid to see.
+pub(super) fn best_cut(
+    triangles: &[[Vec3; 3]],
+    hull: &Hull,
+    solid: &Solid,
+    up: Vec3,
+    cost: impl Fn(&Hull) -> f32,
+) -> Option<(Vec3, f32)> {
+    let probes = directions(42);
+    let wire = Wire::new(triangles);
+    let spans = spans(hull, up, solid.cell());
+    let facets = spans.iter().flat_map(|s| s.facets(triangles, solid.cell()).into_iter().map(|(_, at)| (s.normal, at)));
+    let mut best: Option<(f32, Vec3, f32)> = None;
+    for (normal, offset) in facets.chain(spans.iter().flat_map(|s| s.even().map(|at| (s.normal, at)))) {
+        let (below, above) = plane_sides(&wire.vertices, &wire.edges, normal, offset);
+        let (Some(below), Some(above)) = (Hull::coarse(&below, &probes), Hull::coarse(&above, &probes)) else {
+            continue;
+        };
+        let cost = cost(&below) + cost(&above);
+        if best.is_none_or(|b| cost < b.0) {
+            best = Some((cost, normal, offset));
+        }
+    }
+    best.map(|b| (b.1, b.2))
+}
+
+/// The plane of the largest facet that is more than a share `FACE` of the hull's surface.
+pub(super) fn largest_face(triangles: &[[Vec3; 3]], hull: &Hull, solid: &Solid, up: Vec3) -> Option<(Vec3, f32)> {
+    let spans = spans(hull, up, solid.cell());
+    let largest =
+        spans.iter().filter_map(|s| s.facets(triangles, solid.cell()).first().map(|&(area, at)| (area, s.normal, at)));
+    let (area, normal, at) = largest.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (area > FACE * hull.area()).then_some((normal, at))
+}
+
+/// The axes, and the two horizontal directions between them.
+fn spans(hull: &Hull, up: Vec3, cell: f32) -> [Span; 5] {
+    let (u, v) = up.any_orthonormal_pair();
+    let (u, v) = if u.abs().max_element() > 0.999 { (u, v) } else { (Vec3::X, Vec3::Z) };
+    [Vec3::X, Vec3::Y, Vec3::Z, (u + v).normalize(), (u - v).normalize()].map(|normal| Span::new(hull, normal, cell))
+}
+
+/// Where along a direction a piece may be cut.
+struct Span {
+    normal: Vec3,
+    low: f32,
+    high: f32,
+    margin: f32,
+}
+
+impl Span {
+    fn new(hull: &Hull, normal: Vec3, cell: f32) -> Self {
+        let (low, high) = hull.extent(normal);
+        Self { normal, low, high, margin: (0.2 * cell).max(0.5 * MIN_THICKNESS).min(0.05 * (high - low)) }
+    }
+
+    /// Areas of the largest facets and their planes, largest first.
+    fn facets(&self, triangles: &[[Vec3; 3]], cell: f32) -> Vec<(f32, f32)> {
+        let mut areas: BTreeMap<i64, (f32, f32)> = BTreeMap::new();
+        for t in triangles {
+            let cross = (t[1] - t[0]).cross(t[2] - t[0]);
+            let area = cross.length();
+            if area > 0.0 && cross.dot(self.normal).abs() > 0.995 * area {
+                let at = self.normal.dot(t[0] + t[1] + t[2]) / 3.0;
+                let slot = areas.entry((at / (0.1 * cell)).round() as i64).or_default();
+                *slot = (slot.0 + area, slot.1 + area * at);
+            }
+        }
+        let mut facets: Vec<(f32, f32)> = areas.into_values().map(|(area, sum)| (0.5 * area, sum / area)).collect();
+        facets.retain(|&(_, at)| at > self.low + self.margin && at < self.high - self.margin);
+        facets.sort_by(|a, b| b.0.total_cmp(&a.0));
+        facets.truncate(FACET_CUTS);
+        facets
+    }
+
+    /// Evenly spaced planes.
+    fn even(&self) -> impl Iterator<Item = f32> + use<'_> {
+        (1..=EVEN_CUTS).map(|i| self.low + (self.high - self.low) * i as f32 / (EVEN_CUTS + 1) as f32)
+    }
+}
+
+/// The vertices and edges of a set of triangles, or of so many of them as cuts are planned on, each once.
+pub(super) struct Wire {
+    pub vertices: Vec<Vec3>,
+    pub edges: Vec<[u32; 2]>,
+}
+
+impl Wire {
+    pub fn new(triangles: &[[Vec3; 3]]) -> Self {
+        let stride = triangles.len().div_ceil(PLANNED).max(1);
+        let planned: Vec<[Vec3; 3]> = triangles.iter().copied().step_by(stride).collect();
+        let (corners, count) = numbered(&planned);
+        let mut vertices = vec![Vec3::ZERO; count];
+        let mut edges = Vec::with_capacity(3 * planned.len());
+        for (t, c) in planned.iter().zip(&corners) {
+            for k in 0..3 {
+                vertices[c[k] as usize] = t[k];
+                edges.push([c[k].min(c[(k + 1) % 3]), c[k].max(c[(k + 1) % 3])]);
+            }
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        Self { vertices, edges }
+    }
+}
