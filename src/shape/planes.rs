@@ -1,4 +1,7 @@
-//! Where to cut a piece: at the plane that leaves least, or along its largest face.
+//! Where to cut a piece: at the plane whose two sides cost least, or along its largest face.
+//!
+//! Candidate planes are evenly spaced and, above all, the planes of large flat facets: the underside of a table top is where it
+//! parts from its legs.
 
 use super::hull::{Hull, MIN_THICKNESS, directions, plane_sides};
 use super::solid::Solid;

@@ -1,9 +1,7 @@
 //! Top-down: from triangles to convex-ish pieces, each with exactly the surface that lies in it.
 //!
-//! A piece is cut by the plane that leaves the least bulge (`Solid::protrusion`) on its two sides; triangles are
-//! clipped exactly, so that every hull's vertices lie on the mesh and the hulls together cover it. Candidate planes
-//! are evenly spaced and, above all, the planes of large flat facets: the underside of a table top is where it parts
-//! from its legs. What a cut disconnects (four legs) falls apart at once.
+//! Triangles are clipped exactly, so that every hull's vertices lie on the mesh, or deep in the solid, and the hulls together
+//! cover it. What a cut disconnects (four legs) falls apart at once.
 
 use super::hull::{Hull, plane_sides, supports};
 use super::solid::Solid;
