@@ -21,7 +21,7 @@ use std::time::Instant;
 pub(super) const FALLEN: f64 = FRAC_PI_6;
 
 /// So often are other parts looked at before those of the search are written.
-const FOOTINGS: usize = 4;
+const FOOTINGS: usize = 6;
 
 impl Run<'_> {
     /// Settles and checks the layout that the search left. Both also run after an early stop: they are short, and an
@@ -112,7 +112,7 @@ impl Run<'_> {
     }
 
     /// What is written of a layout, and its check, if that can be simulated: with four corners where something bears. What then
-    /// moves farther than with the parts that were searched with keeps these, and so does what bears it.
+    /// moves farther than with the parts that were searched with keeps these, and if it still does, so does what bears it.
     fn written(&self, global: &Group, layout: &[scene::Pose]) -> Result<(Written, Option<Verified>), BackendError> {
         let check = |written: &Written| {
             let (world, starts) = self.let_go(global, &written.rigs, layout);
@@ -135,9 +135,9 @@ impl Run<'_> {
                 return Ok((written, Some(checked)));
             }
             for object in moving {
-                kept[object] = true;
-                if let Parent::Object(bearer) = self.scene.objects[object].parent {
-                    kept[bearer] = true;
+                match self.scene.objects[object].parent {
+                    Parent::Object(bearer) if kept[object] => kept[bearer] = true,
+                    _ => kept[object] = true,
                 }
             }
         }

@@ -22,7 +22,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 41";
+const ALGORITHM: &str = "shape 43";
 /// Most parts of an `Alternative`.
 const ALTERNATIVE_PARTS: usize = 16;
 /// Parts that leave more of the mesh than this share of its size uncovered are worth a note.

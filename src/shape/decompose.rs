@@ -25,6 +25,9 @@ const CONVEX: f32 = 0.005;
 /// of a shelf has twice that, the air between the legs of a table a quarter.
 const COMPARTMENT: f32 = 0.004;
 
+/// What parts share costs so many times what a layer over the whole hull does that holds as much.
+const SHARED: f32 = 4.0;
+
 /// Meshes of more connected components than this are not cut like a cake: they are no bowls.
 const CAKE_COMPONENTS: usize = 4;
 
@@ -62,8 +65,8 @@ pub(super) fn decompose(
     let most = ((settings.oversplit * budget as f32) as usize).min(settings.max_pieces).max(budget);
     let (low, high) = whole.hull.bounds();
     let compartment = COMPARTMENT * (high - low).element_product().powf(4.0 / 3.0);
-    let limits =
-        Limits { budget, extra: settings.extra_parts, free: enough, compartment, shared: layer / whole.hull.volume() };
+    let shared = SHARED * layer / whole.hull.volume();
+    let limits = Limits { budget, extra: settings.extra_parts, free: enough, compartment, shared };
     let mut best: Option<(f32, bool, Vec<Cluster>)> = None;
     let mut consider = |pieces: Vec<Piece>| {
         let pieces = split(pieces, solid, most, enough, |piece| {
