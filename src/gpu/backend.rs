@@ -1,7 +1,8 @@
 //! The GPU as the optimizer sees it.
 
+use super::adapter::{AdapterChoice, AdapterKind, AdapterReport};
 use super::buffer::Download;
-use super::device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, Options};
+use super::device::{Gpu, GpuError, Options};
 use super::kernel::Recorder;
 use super::kernels::Kernels;
 use super::plan::{Room, plan};

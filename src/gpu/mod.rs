@@ -5,6 +5,7 @@
 //! struct of all kernels and one struct of buffers for each; `docs/gpu.md` says how the next one is written. Nothing of wgpu
 //! is visible outside this folder.
 
+mod adapter;
 mod backend;
 mod buffer;
 mod collide;
@@ -27,11 +28,12 @@ mod solver;
 mod tables;
 mod timer;
 
+pub use adapter::{AdapterChoice, AdapterKind, AdapterReport, adapters};
 pub use backend::GpuBackend;
 pub use buffer::{Buffer, Download, Read, Uniform, Write};
 pub use collide::{Collide, Motion};
 pub use contacts::{Contacts, Inputs};
-pub use device::{AdapterChoice, AdapterKind, AdapterReport, Gpu, GpuError, INSTALL_HINT, Options, adapters};
+pub use device::{Gpu, GpuError, INSTALL_HINT, Options};
 pub use funnel::Funnel;
 pub use kernel::{Access, Kernel, Recorder, Shader, Slot, Step};
 pub use kernels::{Kernels, SHADERS};

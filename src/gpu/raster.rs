@@ -4,7 +4,8 @@
 //! Vertices are pulled from storage buffers, so that their layout is checked as that of the kernels' is. Edges are smooth
 //! by four samples a pixel. The twin is `cpu::raster`.
 
-use super::device::{AdapterChoice, Gpu, GpuError};
+use super::adapter::AdapterChoice;
+use super::device::{Gpu, GpuError};
 use super::raster_pipelines::{COLORS, DEPTHS, Pipelines, SAMPLES, SHARES};
 use crate::render::{
     BACKGROUND, Batch, Camera, Kind, Light, Painter, Picture, RenderError, SKIES, SKY_SIDE, SUN_SIDE, SUNS, Size,

@@ -1,8 +1,9 @@
 //! The contact solver: a substep from contacts to new poses and velocities.
 
+use super::adapter::AdapterKind;
 use super::buffer::Buffer;
 use super::collide::Motion;
-use super::device::{AdapterKind, Gpu, GpuError};
+use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
 use super::layout::{Axes, Contact, Cursor, Free, Friction, Gap, Levers, Moving, Normal, Patch, Sim};

@@ -8,6 +8,7 @@ mod body;
 pub mod constants;
 mod hulls;
 mod outline;
+mod polygons;
 mod pose;
 mod rollouts;
 mod settings;
