@@ -2,7 +2,7 @@
 
 use super::{
     Checkpoint, Clearances, Event, GroupRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings, exact,
-    footing::Written,
+    footing::{Written, keep},
     groups::Group,
     opinion::Opinions,
     rig::Rig,
@@ -134,12 +134,10 @@ impl Run<'_> {
             if moving.is_empty() {
                 return Ok((written, Some(checked)));
             }
-            for object in moving {
-                match self.scene.objects[object].parent {
-                    Parent::Object(bearer) if kept[object] => kept[bearer] = true,
-                    _ => kept[object] = true,
-                }
-            }
+            keep(&mut kept, &moving, |object| match self.scene.objects[object].parent {
+                Parent::Object(bearer) => Some(bearer),
+                _ => None,
+            });
         }
         Ok((searched, Some(known)))
     }

@@ -92,6 +92,15 @@ impl Written {
     }
 }
 
+/// Notes that what moves is to keep its parts, and if it has them already, that what bears it is to.
+pub(super) fn keep(kept: &mut [bool], moving: &[usize], bearer: impl Fn(usize) -> Option<usize>) {
+    let old: Vec<bool> = moving.iter().map(|&object| kept[object]).collect();
+    for (&object, old) in moving.iter().zip(old) {
+        let to_keep = if old { bearer(object).unwrap_or(object) } else { object };
+        kept[to_keep] = true;
+    }
+}
+
 /// The parts of every object of a layout, cut so that the faces with which they bear, on the ground or each other, have four
 /// corners, but for those that are `kept`. All in the scene's order.
 fn parts(shapes: &[Shape], layout: &[Pose], kept: &[bool]) -> Vec<Vec<Part>> {
@@ -167,6 +176,20 @@ mod tests {
         let lying = |z: f64| Pose { rotation: DQuat::from_rotation_x(0.5 * PI), translation: DVec3::new(0.0, 0.5, z) };
         let layout = [lying(0.0), lying(0.0999)];
         assert_eq!(parts(&[disc(), disc()], &layout, &[false; 2]), [disc().parts, disc().parts]);
+    }
+
+    #[test]
+    fn what_bears_keeps_its_parts_only_if_keeping_those_above_does_not_help() {
+        // A cup on a tray on a desk.
+        let mut kept = [false; 3];
+        let mut round = |moving: &[usize]| {
+            keep(&mut kept, moving, |object| object.checked_sub(1));
+            kept
+        };
+        assert_eq!(round(&[2]), [false, false, true]);
+        assert_eq!(round(&[1, 2]), [false, true, true]);
+        assert_eq!(round(&[1, 2]), [true, true, true]);
+        assert_eq!(round(&[0]), [true, true, true]);
     }
 
     #[test]
