@@ -5,4 +5,5 @@
 mod checkpoints;
 mod fixture;
 mod flow;
+mod shared;
 mod supports;

@@ -35,7 +35,7 @@ pub fn project_and_settle(
     let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
     let mut layout: Vec<Pose> = scene.objects.iter().map(|object| object.pose).collect();
     let projection = project(scene, shapes, &mut layout, scope);
-    let plan = groups::plan(scene, true);
+    let plan = groups::plan(scene, true, &[]);
     let Some(all) = plan.last() else { return Ok(Baseline { projection, layout: Some(layout) }) };
     let simulation = config.fine();
     let settings = match config.settle.max_seconds > 0.0 {

@@ -115,7 +115,7 @@ impl Seat<'_> {
             moved[object]
         };
         let places: Vec<scene::Pose> = shifts.iter().map(set_down).collect();
-        let rests = self.rests(object, None, layout, &places)?;
+        let rests = self.rests(object, &[], layout, &places)?;
         let stays = |(place, rest): (scene::Pose, Option<Rest>)| {
             let rest = rest.filter(|rest| self.is_borne(object, Some(rest), layout) && (rest.stays() || !still))?;
             Some((place, rest.shift))

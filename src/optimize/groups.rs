@@ -113,9 +113,9 @@ impl Group {
 }
 
 /// All groups in the order in which they are searched; none if nothing is movable. `global_only`: one group, in which
-/// every movable object is a unit by itself.
-pub(super) fn plan(scene: &Scene, global_only: bool) -> Vec<Group> {
-    let mut groups = if global_only { Vec::new() } else { local(scene) };
+/// every movable object is a unit by itself. `bearers`: what each object stands on besides its parent.
+pub(super) fn plan(scene: &Scene, global_only: bool, bearers: &[Vec<usize>]) -> Vec<Group> {
+    let mut groups = if global_only { Vec::new() } else { local(scene, bearers) };
     let mut global = Group::new("global", None);
     for object in 0..scene.objects.len() {
         if scene.is_static(object) {
@@ -133,7 +133,7 @@ pub(super) fn plan(scene: &Scene, global_only: bool) -> Vec<Group> {
 }
 
 /// The local groups, from the leaves up.
-fn local(scene: &Scene) -> Vec<Group> {
+fn local(scene: &Scene, bearers: &[Vec<usize>]) -> Vec<Group> {
     let movable = |&object: &usize| !scene.is_static(object);
     let mut groups = Vec::new();
     for held in scene.post_order() {
@@ -145,7 +145,9 @@ fn local(scene: &Scene) -> Vec<Group> {
         if group.roots.is_empty() {
             continue;
         }
-        for object in subtree(scene, held, |_| true) {
+        let shared = group.objects.iter().flat_map(|&object| bearers[object].iter().copied());
+        let others: Vec<usize> = subtree(scene, held, |_| true).into_iter().chain(shared).collect();
+        for object in others {
             if !group.objects.contains(&object) {
                 group.add(object, STATIC);
             }

@@ -24,6 +24,7 @@ mod room;
 mod run;
 mod seat;
 mod settle;
+mod shared;
 mod support;
 mod sweep;
 mod upright;

@@ -37,7 +37,7 @@ impl Seat<'_> {
         };
         let tilts = TILTS.iter().flat_map(|&tilt| directions().map(move |axis| axis * tilt));
         let starts: Vec<scene::Pose> = tilts.map(|tilt| tilted(&was, tilt)).collect();
-        let mut rests: Vec<scene::Pose> = (self.rests(object, None, layout, &starts)?.into_iter().flatten())
+        let mut rests: Vec<scene::Pose> = (self.rests(object, &[], layout, &starts)?.into_iter().flatten())
             .filter(|rest| self.is_borne(object, Some(rest), layout))
             .map(|rest| self.set_down(object, rest.pose.rotation, layout))
             .filter(|pose| angle(pose, &was) < FALLEN && center(pose).distance(center(&was)) < f64::from(MAX_SLIDE))
@@ -51,7 +51,7 @@ impl Seat<'_> {
         let mut unsteady = vec![0.0; rests.len()];
         let seats = self.with_all_parts();
         for seat in &seats {
-            let ends = seat.rests(object, None, layout, &nudged)?;
+            let ends = seat.rests(object, &[], layout, &nudged)?;
             for ((pose, ends), unsteady) in rests.iter().zip(ends.chunks(nudges.len())).zip(&mut unsteady) {
                 let away = |end: &Option<Rest>| end.as_ref().map_or(1.0, |end| angle(&end.pose, pose).min(1.0));
                 *unsteady += ends.iter().map(away).sum::<f64>() / (nudges.len() * seats.len()) as f64;
@@ -66,7 +66,7 @@ impl Seat<'_> {
     }
 
     /// The object turned so about its centre of mass, at the height at which it rests on its parent.
-    fn set_down(&self, object: usize, rotation: DQuat, layout: &[scene::Pose]) -> scene::Pose {
+    pub(super) fn set_down(&self, object: usize, rotation: DQuat, layout: &[scene::Pose]) -> scene::Pose {
         let mut turned = layout.to_vec();
         turned[object] = self.rigs[object].turned(&layout[object], rotation);
         self.settle_height(object, &mut turned);

@@ -103,7 +103,7 @@ impl<'a> Run<'a> {
             leant_on: Vec::new(),
             rigs,
             alternatives: [first, second],
-            groups: groups::plan(scene, config.global_only),
+            groups: Vec::new(),
             backend,
             config,
             seed,
@@ -122,10 +122,10 @@ impl<'a> Run<'a> {
             true => Room::new(self.scene, &self.forms, &layout),
             false => Room::default(),
         };
-        let mut leaning = Vec::new();
+        let (mut leaning, mut bearers) = (Vec::new(), vec![Vec::new(); layout.len()]);
         if self.config.seat {
             observer.event(Event::Seating);
-            leaning = self.seat(&room, |object| stands(self.scene, object), &mut layout)?;
+            leaning = self.seat(&room, |object| stands(self.scene, object), &mut layout, &mut bearers)?;
         }
         room.keep_needed(self.scene, &self.forms, &leaning, &layout);
         if !room.sides.is_empty() {
@@ -136,10 +136,11 @@ impl<'a> Run<'a> {
             room.hung = hung;
         }
         if self.config.seat {
-            self.seat(&room, |object| !stands(self.scene, object), &mut layout)?;
+            self.seat(&room, |object| !stands(self.scene, object), &mut layout, &mut bearers)?;
         }
         self.walls = room.bodies(|_| true, &self.forms, &layout);
         self.leant_on = room.bodies(|side| side.leant_on, &self.forms, &layout);
+        self.groups = groups::plan(self.scene, self.config.global_only, &bearers);
         (self.room, self.seated) = (room, layout);
         Ok(())
     }
@@ -149,11 +150,13 @@ impl<'a> Run<'a> {
         room: &Room,
         which: impl Fn(usize) -> bool,
         layout: &mut [scene::Pose],
+        bearers: &mut [Vec<usize>],
     ) -> Result<Vec<usize>, BackendError> {
         let simulation = &self.config.fine();
         let Self { scene, rigs, alternatives, backend, forms, .. } = self;
         let settings = &self.config.settle;
-        Seat { scene, rigs, alternatives, backend: *backend, simulation, settings, room, forms }.run(which, layout)
+        Seat { scene, rigs, alternatives, backend: *backend, simulation, settings, room, forms }
+            .run(which, layout, bearers)
     }
 
     /// The second mean that the group's search starts from, if it has one.

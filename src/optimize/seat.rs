@@ -14,7 +14,11 @@ use super::edge::{DISTANCES, directions};
 use super::room::{self, CONTACT, Form, LEANING, Room};
 use super::sweep::overlap_interval;
 use super::upright::{lean, upright};
-use super::{groups::carry, rig::Rig, settle::settle};
+use super::{
+    groups::{carry, subtree},
+    rig::Rig,
+    settle::settle,
+};
 use crate::scene::{self, Object, Parent, Relation, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
 use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, World, angle_between};
@@ -64,6 +68,9 @@ const MAX_TURN: f32 = 0.2;
 /// An object that leans by less (1°) or by more (20°) than this is not taken for an upright one that leans, rad.
 const LEAN: Range<f64> = 0.017..0.35;
 
+/// What has come to rest farther aside than this is put back there, m.
+const ASIDE: f32 = 2e-3;
+
 /// An object that slides farther than this when left alone keeps its pose, m.
 pub(super) const MAX_SLIDE: f32 = 0.05;
 
@@ -101,29 +108,42 @@ pub(super) struct Seat<'a> {
 
 impl Seat<'_> {
     /// Sets the objects of `layout` that `which` names onto their supports, each with everything on it. What never moves
-    /// stays. Returns those that only stay when they lean on a wall.
-    pub fn run(&self, which: impl Fn(usize) -> bool, layout: &mut [scene::Pose]) -> Result<Vec<usize>, BackendError> {
+    /// stays. Returns those that only stay when they lean on a wall. What others stay on besides their parents goes into
+    /// `bearers`.
+    pub fn run(
+        &self,
+        which: impl Fn(usize) -> bool,
+        layout: &mut [scene::Pose],
+        bearers: &mut [Vec<usize>],
+    ) -> Result<Vec<usize>, BackendError> {
         let mut leaning = Vec::new();
-        let mut parents_first = self.scene.post_order();
-        parents_first.reverse();
-        for object in parents_first {
-            if self.scene.is_static(object) || !which(object) {
+        let mut set: Vec<bool> = (0..layout.len()).map(|i| self.scene.is_static(i) || !which(i)).collect();
+        for object in by_level(self.scene) {
+            if set[object] {
                 continue;
             }
             self.step_inside(object, layout);
             self.settle_height(object, layout);
-            let mut left_alone = self.rest(object, None, layout)?;
-
+            set[object] = true;
+            let mut left_alone = self.rest(object, layout)?;
+            let stands = left_alone.as_ref().is_some_and(|rest| rest.stays());
+            if !(stands && self.is_borne(object, left_alone.as_ref(), layout))
+                && let Some(others) = self.rest_on_others(object, &set, layout)?
+            {
+                bearers[object] = others;
+                continue;
+            }
             if !self.is_borne(object, left_alone.as_ref(), layout) && self.move_inwards(object, layout)? {
-                left_alone = self.rest(object, None, layout)?;
+                left_alone = self.rest(object, layout)?;
             }
             if let Some(rest) = left_alone.as_ref().filter(|rest| self.is_borne(object, Some(rest), layout))
                 && self.move_from_edge(object, rest.stays(), layout)?
             {
-                left_alone = self.rest(object, None, layout)?;
+                left_alone = self.rest(object, layout)?;
             }
             if let Some(rest) = left_alone.as_ref().filter(|rest| rest.stays()) {
-                self.carry(object, rest.pose, layout);
+                let pose = self.put_back(object, rest, layout)?;
+                self.carry(object, pose, layout);
                 continue;
             }
             let fall = left_alone.map_or(f32::INFINITY, |rest| rest.turn);
@@ -143,6 +163,25 @@ impl Seat<'_> {
         Ok(leaning)
     }
 
+    /// Where the object rests with its centre where it was reconstructed: a wardrobe that leans rights itself about its lower
+    /// edge, and its top goes aside by twice the error of the reconstruction. As it came to rest if it does not rest there.
+    fn put_back(&self, object: usize, rest: &Rest, layout: &[scene::Pose]) -> Result<scene::Pose, BackendError> {
+        if rest.shift < ASIDE {
+            return Ok(rest.pose);
+        }
+        let back = self.set_down(object, rest.pose.rotation, layout);
+        let again = self.rests(object, &[], layout, &[back])?.remove(0);
+        let way = |pose: &scene::Pose| {
+            let center = |pose| self.rigs[object].center_of(pose).with_y(0.0);
+            center(pose).distance(center(&layout[object]))
+        };
+        let better = again.filter(|again| {
+            let stays = again.stays() && self.is_borne(object, Some(again), layout);
+            stays && way(&again.pose) < way(&rest.pose)
+        });
+        Ok(better.map_or(rest.pose, |again| again.pose))
+    }
+
     /// Sets a leaning object upright if it stays there and has turned less than the `fall` that it would take otherwise,
     /// rad: a round fruit rolls to rest by itself. False if it was left as it was.
     fn set_upright(&self, object: usize, fall: f32, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
@@ -153,7 +192,7 @@ impl Seat<'_> {
         self.carry(object, upright, layout);
         self.settle_height(object, layout);
         let lean = upright.rotation.angle_between(leaning[object].rotation) as f32;
-        let rest = self.rest(object, None, layout)?.filter(|rest| rest.stays() && lean + rest.turn < fall);
+        let rest = self.rest(object, layout)?.filter(|rest| rest.stays() && lean + rest.turn < fall);
         match &rest {
             Some(rest) => self.carry(object, rest.pose, layout),
             None => layout.copy_from_slice(&leaning),
@@ -174,7 +213,7 @@ impl Seat<'_> {
         let place = layout[object].translation + wall.normal.with_y(0.0) * (CONTACT - gap);
         self.carry(object, scene::Pose { translation: place, ..layout[object] }, layout);
         let body = room::body(wall, form.bounds(&layout[object]));
-        let rest = self.rest(object, Some(body), layout)?.filter(Rest::stays);
+        let rest = self.rests(object, &[body], layout, &[layout[object]])?.remove(0).filter(Rest::stays);
         match &rest {
             Some(rest) => self.carry(object, rest.pose, layout),
             None => layout.copy_from_slice(&kept),
@@ -188,8 +227,22 @@ impl Seat<'_> {
         [self.rigs, a, b].map(|rigs| Self { rigs, ..*self })
     }
 
+    /// Moves an object to `pose`, and everything on it as its centre moves, up or down with what is below. What leans was
+    /// reconstructed wrongly, not what is on it: that is turned along only if the object turns far.
     pub(super) fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
-        carry(self.scene, object, pose, layout, |child| !self.scene.is_static(child));
+        let (old, moves) = (layout[object], |child: usize| !self.scene.is_static(child));
+        if old.rotation.angle_between(pose.rotation) > LEAN.end {
+            carry(self.scene, object, pose, layout, moves);
+            return;
+        }
+        let turn = pose.rotation * old.rotation.conjugate();
+        let way = self.rigs[object].center_of(&pose) - self.rigs[object].center_of(&old);
+        for child in subtree(self.scene, object, moves) {
+            let place = &mut layout[child].translation;
+            let height = (pose.translation + turn * (*place - old.translation)).y;
+            *place = (*place + way).with_y(height);
+        }
+        layout[object] = pose;
     }
 
     /// Shifts the object to the height at which it rests.
@@ -215,6 +268,11 @@ impl Seat<'_> {
                 self.support(object, &layout[object], &bearer).unwrap_or(0.0)
             }
         }
+    }
+
+    /// Vertical distance from where the object is to where it rests on another, m; none if that is not below.
+    pub(super) fn step(&self, object: usize, other: usize, layout: &[scene::Pose]) -> Option<f32> {
+        self.support(object, &layout[object], &Solid::new(&self.rigs[other], &layout[other], 1.0))
     }
 
     /// The same for an object at a pose and what bears it; none if nothing is below.
@@ -248,16 +306,16 @@ impl Seat<'_> {
         self.carry(object, nearest, layout);
     }
 
-    /// Where the object comes to rest alone on its held parent, or at a wall; none if that cannot be simulated.
-    fn rest(&self, object: usize, wall: Option<BodyDef>, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
-        Ok(self.rests(object, wall, layout, &[layout[object]])?.remove(0))
+    /// Where the object comes to rest alone on its held parent; none if that cannot be simulated.
+    fn rest(&self, object: usize, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
+        Ok(self.rests(object, &[], layout, &[layout[object]])?.remove(0))
     }
 
-    /// The same for several poses of the object.
+    /// The same for several poses of the object, and with other things held, too.
     pub(super) fn rests(
         &self,
         object: usize,
-        wall: Option<BodyDef>,
+        others: &[BodyDef],
         layout: &[scene::Pose],
         poses: &[scene::Pose],
     ) -> Result<Vec<Option<Rest>>, BackendError> {
@@ -267,7 +325,7 @@ impl Seat<'_> {
             let held = self.rigs[parent].body(&layout[parent]);
             defs.push(self.rigs[parent].def(STATIC, held, held));
         }
-        defs.extend(wall);
+        defs.extend_from_slice(others);
         let world = World::new(&defs, &[0]);
         let settings = SettleSettings { max_seconds: REST_SECONDS, ..self.settings.clone() };
         let start = |pose| [rig.body(pose)].into_iter().chain(world.start[1..].iter().copied());
@@ -283,6 +341,18 @@ impl Seat<'_> {
         };
         Ok(ends.zip(settled.usable).map(|(ends, usable)| usable.then(|| rest(ends))).collect())
     }
+}
+
+/// All objects, what stands on roots first, then what that bears, and so on.
+fn by_level(scene: &Scene) -> Vec<usize> {
+    let on_root = |&i: &usize| matches!(scene.objects[i].parent, Parent::Root(_));
+    let mut order: Vec<usize> = (0..scene.objects.len()).filter(on_root).collect();
+    let mut next = 0;
+    while next < order.len() {
+        order.extend(scene.children(order[next]));
+        next += 1;
+    }
+    order
 }
 
 /// How far a body whose foot is at the height `lowest` has slid, m.
