@@ -1,4 +1,4 @@
-//! Things that stand on more than their parent.
+//! Things that lean, and things that stand on more than their parent.
 
 use crate::fixture::*;
 use glam::{DVec3, Vec3};
@@ -61,5 +61,21 @@ fn a_broom_keeps_leaning_on_a_wardrobe() {
     let [_, resting, _, searched] = last_two(&boxes);
     for broom in [resting, searched] {
         assert!(broom.stable && broom.moved < 0.03 && broom.turned < 0.06, "{broom:?}");
+    }
+}
+
+#[test]
+fn what_rights_itself_keeps_its_place_and_so_does_what_is_on_it() {
+    let mut boxes = Boxes::default();
+    let size = Vec3::new(0.6, 2.0, 0.5);
+    let wardrobe = boxes.add("wardrobe", GROUND, size, DVec3::ZERO);
+    boxes.add("suitcase", Parent::Object(wardrobe), Vec3::new(0.4, 0.2, 0.3), DVec3::new(0.0, 2.0, 0.0));
+    // About its lower edge its middle would go 52 mm aside, its top and the suitcase 105 mm.
+    let lean = 3_f64.to_radians();
+    boxes.turn(wardrobe, lean, DVec3::new(0.0, 1.0, 0.0));
+    let [wardrobe, suitcase, searched, on_it] = last_two(&boxes);
+    for (object, turned) in [(wardrobe, lean), (suitcase, 0.0), (searched, lean), (on_it, 0.0)] {
+        assert!(object.stable && (object.turned - turned).abs() < 0.01, "{object:?}");
+        assert!(object.moved < 0.02, "{object:?}");
     }
 }

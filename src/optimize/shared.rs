@@ -3,7 +3,7 @@
 
 use super::groups::subtree;
 use super::room::LEANING;
-use super::seat::Seat;
+use super::seat::{Rest, Seat};
 use super::support::Placed;
 use super::upright::lean;
 use crate::scene::{self, Parent};
@@ -12,8 +12,11 @@ use crate::world::{BackendError, BodyDef, STATIC};
 /// Something bears an object, too, if it is at most so much higher or lower than where that stands on its parent, m.
 const STEP: f32 = 0.05;
 
-/// An object leans on what is within this of its box, m.
+/// An object leans on what is within this of its box, m …
 const BESIDE: f64 = 0.05;
+
+/// … if it turns by less than this until it rests there, rad: what leans by chance is to be set upright.
+const STEADY: f32 = 0.05;
 
 impl Seat<'_> {
     /// Lets an object that does not stay on its parent come to rest with what else is below it held, too, or, if it leans on
@@ -40,7 +43,7 @@ impl Seat<'_> {
         let raise = below.iter().map(|(_, step)| *step).fold(0.0, f32::max);
         let below: Vec<usize> = below.into_iter().map(|(other, _)| other).collect();
         let leans = parent.is_none() && lean(&layout[object]) > LEANING;
-        let bearers = if below.is_empty() && leans { near } else { below };
+        let (bearers, most) = if below.is_empty() && leans { (near, STEADY) } else { (below, f32::INFINITY) };
         if bearers.is_empty() {
             return Ok(None);
         }
@@ -52,9 +55,8 @@ impl Seat<'_> {
         let mut raised = layout[object];
         raised.translation.y += f64::from(raise);
         let rest = self.rests(object, &held, layout, &[raised])?.remove(0);
-        let Some(rest) = rest.filter(|rest| rest.stays() && self.is_borne(object, Some(rest), layout)) else {
-            return Ok(None);
-        };
+        let stays = |rest: &Rest| rest.stays() && rest.turn < most && self.is_borne(object, Some(rest), layout);
+        let Some(rest) = rest.filter(stays) else { return Ok(None) };
         self.carry(object, rest.pose, layout);
         let placed = |i: usize| Placed::new(&self.rigs[i], &self.rigs[i].body(&layout[i]));
         Ok(Some(bearers.into_iter().filter(|&other| placed(other).touches(&placed(object))).collect()))
