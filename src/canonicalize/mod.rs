@@ -20,7 +20,7 @@ use crate::shape::Mesh;
 use columns::Surface;
 use glam::{DQuat, DVec3};
 use stance::Stance;
-use tolerances::{FAR, LEANT};
+use tolerances::FAR;
 use upright::Verdict;
 use vertical::Vertical;
 
@@ -140,18 +140,7 @@ impl<'a> Work<'a> {
             if turn != DQuat::IDENTITY {
                 self.changes[i].turned_degrees = turn.to_axis_angle().1.to_degrees();
                 let center = self.center(i);
-                let rigid = |point| center + turn * (point - center);
-                match self.changes[i].turned_degrees > LEANT {
-                    true => self.carry(i, rigid, turn),
-                    false => {
-                        // What leans was reconstructed wrongly, not what is on it: that only goes up or down along.
-                        let pose = &mut self.scene.objects[i].pose;
-                        let upright =
-                            Pose { rotation: turned(turn, pose.rotation), translation: rigid(pose.translation) };
-                        self.carry(i, |point| point.with_y(rigid(point).y), DQuat::IDENTITY);
-                        self.scene.objects[i].pose = upright;
-                    }
-                }
+                self.carry(i, |point| center + turn * (point - center), turn);
             }
         }
     }

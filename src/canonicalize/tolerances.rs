@@ -76,6 +76,3 @@ pub(super) const FAR: f64 = 0.2;
 
 /// Surfaces without a back are taken for this thick, m.
 pub(super) const SHEET: f64 = 1e-3;
-
-/// What is set upright by more than this turns what is on it along, degrees: it had fallen over, and all on it.
-pub(super) const LEANT: f64 = 20.0;

@@ -14,11 +14,7 @@ use super::edge::{DISTANCES, directions};
 use super::room::{self, CONTACT, Form, LEANING, Room};
 use super::sweep::overlap_interval;
 use super::upright::{lean, upright};
-use super::{
-    groups::{carry, subtree},
-    rig::Rig,
-    settle::settle,
-};
+use super::{groups::carry, rig::Rig, settle::settle};
 use crate::scene::{self, Object, Parent, Relation, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
 use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, World, angle_between};
@@ -70,6 +66,9 @@ const LEAN: Range<f64> = 0.017..0.35;
 
 /// What has come to rest farther aside than this is put back there, m.
 const ASIDE: f32 = 2e-3;
+
+/// If it turns on there by more than this, it rolls, rad.
+const ROLLS: f32 = 0.01;
 
 /// An object that slides farther than this when left alone keeps its pose, m.
 pub(super) const MAX_SLIDE: f32 = 0.05;
@@ -176,8 +175,8 @@ impl Seat<'_> {
             center(pose).distance(center(&layout[object]))
         };
         let better = again.filter(|again| {
-            let stays = again.stays() && self.is_borne(object, Some(again), layout);
-            stays && way(&again.pose) < way(&rest.pose)
+            let rests = again.turn < ROLLS && again.stays() && self.is_borne(object, Some(again), layout);
+            rests && way(&again.pose) < way(&rest.pose)
         });
         Ok(better.map_or(rest.pose, |again| again.pose))
     }
@@ -228,19 +227,20 @@ impl Seat<'_> {
     }
 
     /// Moves an object to `pose`, and everything on it as its centre moves, up or down with what is below. What leans was
-    /// reconstructed wrongly, not what is on it: that is turned along only if the object turns far.
+    /// reconstructed wrongly, not what is on it: that is turned along only if it is inside, or the object turns far.
     pub(super) fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
         let (old, moves) = (layout[object], |child: usize| !self.scene.is_static(child));
-        if old.rotation.angle_between(pose.rotation) > LEAN.end {
-            carry(self.scene, object, pose, layout, moves);
-            return;
-        }
         let turn = pose.rotation * old.rotation.conjugate();
         let way = self.rigs[object].center_of(&pose) - self.rigs[object].center_of(&old);
-        for child in subtree(self.scene, object, moves) {
-            let place = &mut layout[child].translation;
-            let height = (pose.translation + turn * (*place - old.translation)).y;
-            *place = (*place + way).with_y(height);
+        let leant = old.rotation.angle_between(pose.rotation) <= LEAN.end;
+        for child in self.scene.children(object).filter(|&child| moves(child)) {
+            let here = layout[child];
+            let rigid = pose.translation + turn * (here.translation - old.translation);
+            let there = match leant && self.scene.objects[child].relation != Relation::Inside {
+                true => scene::Pose { translation: (here.translation + way).with_y(rigid.y), ..here },
+                false => scene::Pose { translation: rigid, rotation: (turn * here.rotation).normalize() },
+            };
+            carry(self.scene, child, there, layout, moves);
         }
         layout[object] = pose;
     }

@@ -28,12 +28,14 @@ impl Seat<'_> {
         set: &[bool],
         layout: &mut [scene::Pose],
     ) -> Result<Option<Vec<usize>>, BackendError> {
-        let parent = match self.scene.objects[object].parent {
-            Parent::Object(parent) => Some(parent),
-            Parent::Root(_) => None,
-        };
-        let own = subtree(self.scene, object, |_| true);
-        let other = |i: &usize| set[*i] && Some(*i) != parent && !own.contains(i);
+        let on_ground = matches!(self.scene.objects[object].parent, Parent::Root(_));
+        let mut kin = subtree(self.scene, object, |_| true);
+        let mut bearer = self.scene.objects[object].parent;
+        while let Parent::Object(ancestor) = bearer {
+            kin.push(ancestor);
+            bearer = self.scene.objects[ancestor].parent;
+        }
+        let other = |i: &usize| set[*i] && !kin.contains(i);
         let near: Vec<usize> = (0..layout.len()).filter(other).filter(|&i| self.is_near(object, i, layout)).collect();
         let below: Vec<(usize, f32)> = near
             .iter()
@@ -42,7 +44,7 @@ impl Seat<'_> {
             .collect();
         let raise = below.iter().map(|(_, step)| *step).fold(0.0, f32::max);
         let below: Vec<usize> = below.into_iter().map(|(other, _)| other).collect();
-        let leans = parent.is_none() && lean(&layout[object]) > LEANING;
+        let leans = on_ground && lean(&layout[object]) > LEANING;
         let (bearers, most) = if below.is_empty() && leans { (near, STEADY) } else { (below, f32::INFINITY) };
         if bearers.is_empty() {
             return Ok(None);
