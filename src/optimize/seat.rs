@@ -13,7 +13,7 @@ use super::config::SettleSettings;
 use super::edge::{DISTANCES, directions};
 use super::room::{self, CONTACT, Form, LEANING, Room};
 use super::sweep::overlap_interval;
-use super::upright::{lean, upright};
+use super::upright::{LEAN, lean};
 use super::{groups::carry, rig::Rig, settle::settle};
 use crate::scene::{self, Object, Parent, Relation, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
@@ -21,7 +21,6 @@ use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, Wo
 use glam::Vec3;
 use parry3d::math::Pose as Isometry;
 use parry3d::shape::ConvexPolyhedron;
-use std::ops::Range;
 
 /// An object is not shifted farther than this onto another, m: what is farther off is not a wrong height but a wrong parent.
 const MAX_SHIFT: f32 = 0.2;
@@ -60,15 +59,6 @@ const REST_SECONDS: f32 = 2.0;
 
 /// An object that turns farther than this when left alone (about 11°) falls rather than rests, rad: it keeps its pose.
 const MAX_TURN: f32 = 0.2;
-
-/// An object that leans by less (1°) or by more (20°) than this is not taken for an upright one that leans, rad.
-const LEAN: Range<f64> = 0.017..0.35;
-
-/// What has come to rest farther aside than this is put back there, m.
-const ASIDE: f32 = 2e-3;
-
-/// If it turns on there by more than this, it rolls, rad.
-const ROLLS: f32 = 0.01;
 
 /// An object that slides farther than this when left alone keeps its pose, m.
 pub(super) const MAX_SLIDE: f32 = 0.05;
@@ -160,43 +150,6 @@ impl Seat<'_> {
             }
         }
         Ok(leaning)
-    }
-
-    /// Where the object rests with its centre where it was reconstructed: a wardrobe that leans rights itself about its lower
-    /// edge, and its top goes aside by twice the error of the reconstruction. As it came to rest if it does not rest there.
-    fn put_back(&self, object: usize, rest: &Rest, layout: &[scene::Pose]) -> Result<scene::Pose, BackendError> {
-        if rest.shift < ASIDE {
-            return Ok(rest.pose);
-        }
-        let back = self.set_down(object, rest.pose.rotation, layout);
-        let again = self.rests(object, &[], layout, &[back])?.remove(0);
-        let way = |pose: &scene::Pose| {
-            let center = |pose| self.rigs[object].center_of(pose).with_y(0.0);
-            center(pose).distance(center(&layout[object]))
-        };
-        let better = again.filter(|again| {
-            let rests = again.turn < ROLLS && again.stays() && self.is_borne(object, Some(again), layout);
-            rests && way(&again.pose) < way(&rest.pose)
-        });
-        Ok(better.map_or(rest.pose, |again| again.pose))
-    }
-
-    /// Sets a leaning object upright if it stays there and has turned less than the `fall` that it would take otherwise,
-    /// rad: a round fruit rolls to rest by itself. False if it was left as it was.
-    fn set_upright(&self, object: usize, fall: f32, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
-        let leaning = layout.to_vec();
-        let Some(upright) = upright(&leaning[object], self.rigs[object].center_of(&leaning[object]), LEAN) else {
-            return Ok(false);
-        };
-        self.carry(object, upright, layout);
-        self.settle_height(object, layout);
-        let lean = upright.rotation.angle_between(leaning[object].rotation) as f32;
-        let rest = self.rest(object, layout)?.filter(|rest| rest.stays() && lean + rest.turn < fall);
-        match &rest {
-            Some(rest) => self.carry(object, rest.pose, layout),
-            None => layout.copy_from_slice(&leaning),
-        }
-        Ok(rest.is_some())
     }
 
     /// Lets what stands at a wall come to rest against it. False, and left as it was, if it does not stay there either.
@@ -307,7 +260,7 @@ impl Seat<'_> {
     }
 
     /// Where the object comes to rest alone on its held parent; none if that cannot be simulated.
-    fn rest(&self, object: usize, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
+    pub(super) fn rest(&self, object: usize, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
         Ok(self.rests(object, &[], layout, &[layout[object]])?.remove(0))
     }
 
