@@ -124,7 +124,7 @@ fn a_search(device: &Device) -> Result<(), Failed> {
         let named = known.all(|name| times.iter().any(|time| time.name == name && time.milliseconds > 0.0));
         // So few candidates keep the device waiting, and the first iteration compiles the kernels.
         let share = (sum - last) / wall;
-        if !named || !(0.05..2.0).contains(&share) || stats.flagged != [0; Status::NAMES.len()] {
+        if !named || !(0.05..2.0).contains(&share) || stats.flagged != [0; Status::FAULTS.len()] {
             return Err(format!("iteration {iteration}: {share} of {wall} ms, {times:?}").into());
         }
         last = sum;

@@ -2,6 +2,7 @@
 
 use crate::fixture::*;
 use glam::DQuat;
+use rest3d_gpu::import;
 use rest3d_gpu::scene::Scene;
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -128,11 +129,11 @@ fn files_that_are_no_scene() {
     assert_error(folder.read_text("a scene"), None, None, "not valid JSON: expected value at line 1 column 1");
     assert_error(folder.read_text([b"{\"".as_slice(), &[0xff, 0xfe]].concat()), None, None, "UTF-8");
     assert_error(folder.read_text("[".repeat(100_000)), None, None, "not valid JSON");
-    assert_error(Scene::read(&folder.path("absent.json")), None, None, "cannot be read");
-    assert_error(Scene::read(&folder.path("meshes")), None, None, "neither a scene.json nor");
+    assert_error(import::read(&folder.path("absent.json")), None, None, "cannot be read");
+    assert_error(import::read(&folder.path("meshes")), None, None, "neither a scene.json nor");
     fs::remove_file(folder.path("scene.json")).unwrap();
     fs::create_dir(folder.path("scene.json")).unwrap();
-    assert_error(Scene::read(&folder.path("scene.json")), None, None, "neither a scene.json nor");
+    assert_error(import::read(&folder.path("scene.json")), None, None, "neither a scene.json nor");
 }
 
 #[test]

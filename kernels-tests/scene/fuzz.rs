@@ -3,7 +3,7 @@
 use crate::fixture::*;
 use glam::{DQuat, DVec3};
 use proptest::prelude::*;
-use rest3d_gpu::scene::Scene;
+use rest3d_gpu::import;
 use serde_json::{Value, json};
 
 /// Every place in a document, as JSON pointers.
@@ -129,7 +129,7 @@ proptest! {
         pointers(&tree, "", &mut all);
         *tree.pointer_mut(&all[at.index(all.len())]).unwrap() = value;
         let folder = stage2(&tree, &["desk", "mug"]);
-        if let Err(error) = Scene::read(folder.path()) {
+        if let Err(error) = import::read(folder.path()) {
             prop_assert!(error.to_string().contains("scene_tree.json"));
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::fixture::*;
 use glam::DVec3;
+use rest3d_gpu::import;
 use rest3d_gpu::scene::{Parent, Pose, Relation, Root, Scene};
 use serde_json::json;
 use std::path::PathBuf;
@@ -22,7 +23,7 @@ fn a_stage2_folder_is_a_scene() {
     let folder = stage2(&tree, &["desk_000", "mug_001", "shelf", "lamp", "red_ball_002"]);
     let stage2 = folder.path().join("stage2");
     for path in [folder.path().to_path_buf(), stage2.clone(), stage2.join("scene_tree.json")] {
-        let scene = Scene::read(&path).unwrap();
+        let scene = import::read(&path).unwrap();
         let names: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
         assert_eq!(names, ["desk_000", "mug_001", "shelf", "lamp", "red_ball_002"]);
         assert_eq!(scene.name, "stage2");
@@ -74,6 +75,6 @@ fn a_damaged_stage2_folder_is_an_error() {
         ),
     ] {
         let folder = stage2(&tree, &["desk"]);
-        assert_error(Scene::read(folder.path()), object, field, problem);
+        assert_error(import::read(folder.path()), object, field, problem);
     }
 }

@@ -90,7 +90,7 @@ impl<'a> Work<'a> {
 
     fn center(&self, i: usize) -> DVec3 {
         let pose = &self.scene.objects[i].pose;
-        pose.translation + pose.rotation * self.centers[i]
+        pose.point(self.centers[i])
     }
 
     /// The point about which the scene is turned: the mean of the objects' middles.
@@ -124,7 +124,7 @@ impl<'a> Work<'a> {
 
     /// Sets objects upright, bearers first.
     fn set_upright(&mut self) {
-        for i in self.bearers_first() {
+        for i in self.scene.bearers_first() {
             let trusted = self.trusted;
             let (turn, why) = match self.held(i) {
                 Some(why) => (DQuat::IDENTITY, why),
@@ -172,7 +172,7 @@ impl<'a> Work<'a> {
 
     /// Raises or lowers every object onto what bears it, bearers first, each with everything on it.
     fn set_heights(&mut self) {
-        for i in self.bearers_first() {
+        for i in self.scene.bearers_first() {
             let (raise, why) = match (self.held(i), self.scene.objects[i].parent) {
                 (Some(why), _) => (0.0, why.to_owned()),
                 (None, Parent::Root(_)) => (-self.surface(i).low.y, "stands on the ground".to_owned()),
@@ -202,26 +202,13 @@ impl<'a> Work<'a> {
     /// The mesh of an object in the world.
     fn surface(&self, i: usize) -> Surface {
         let (pose, mesh) = (&self.scene.objects[i].pose, &self.meshes[i]);
-        let vertices: Vec<DVec3> =
-            mesh.vertices.iter().map(|v| pose.translation + pose.rotation * v.as_dvec3()).collect();
+        let vertices: Vec<DVec3> = mesh.vertices.iter().map(|v| pose.point(v.as_dvec3())).collect();
         Surface::new(mesh.triangles.iter().map(|t| t.map(|i| vertices[i as usize])).collect())
-    }
-
-    fn bearers_first(&self) -> Vec<usize> {
-        let mut order = self.scene.post_order();
-        order.reverse();
-        order
     }
 
     /// Moves an object and everything movable on it.
     fn carry(&mut self, i: usize, place: impl Fn(DVec3) -> DVec3, turn: DQuat) {
-        let mut moved = vec![i];
-        let mut next = 0;
-        while next < moved.len() {
-            moved.extend(self.scene.children(moved[next]).filter(|&child| self.scene.objects[child].movable));
-            next += 1;
-        }
-        for i in moved {
+        for i in self.scene.subtree(i, |child| self.scene.objects[child].movable) {
             let pose = &mut self.scene.objects[i].pose;
             pose.translation = place(pose.translation);
             if turn != DQuat::IDENTITY {

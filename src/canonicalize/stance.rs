@@ -5,7 +5,7 @@
 //! it is told by its area, which grows with the height at which it is cut.
 
 use super::tolerances::{AGREEMENT, BASE_BAND, FLAT, MAX_BASES, MIN_MARGIN, ROUND_BAND, SAME_BASE, SPREAD, UNEVENNESS};
-use crate::shape::solid_hull;
+use crate::shape::{convex_polygon, solid_hull};
 use glam::{DVec2, DVec3, Vec3};
 use std::cmp::Reverse;
 
@@ -45,7 +45,7 @@ pub(super) fn stances(vertices: &[Vec3]) -> (Vec<Stance>, DVec3) {
             let (x, y) = normal.any_orthonormal_pair();
             let base = |band: f64| {
                 let near = corners.iter().filter(|v| normal.dot(at - **v) <= band * diagonal);
-                polygon(near.map(|v| DVec2::new(x.dot(*v), y.dot(*v))).collect())
+                convex_polygon(near.map(|v| DVec2::new(x.dot(*v), y.dot(*v))).collect())
             };
             let foot = base(BASE_BAND);
             let area = area(&foot);
@@ -102,28 +102,6 @@ fn centroid(corners: &[DVec3], triangles: &[[u32; 3]]) -> DVec3 {
         moment += (a + b + c) * (six / 4.0);
     }
     if volume > 0.0 { origin + moment / volume } else { origin }
-}
-
-/// The convex polygon around points, counter-clockwise (Andrew's monotone chain).
-fn polygon(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    let chain = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
-        for p in points {
-            while let [.., a, b] = chain[..]
-                && (b - a).perp_dot(p - b) <= 0.0
-            {
-                chain.pop();
-            }
-            chain.push(p);
-        }
-        chain.pop();
-        chain
-    };
-    let mut lower = chain(&mut points.iter().copied());
-    lower.extend(chain(&mut points.iter().rev().copied()));
-    lower
 }
 
 fn area(polygon: &[DVec2]) -> f64 {

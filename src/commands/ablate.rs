@@ -1,7 +1,7 @@
 //! `ablate`: the paper's ablation tables over a list of scenes.
 
 use super::backend::BackendArgs;
-use super::{Failure, config, interrupt, output, print_result, progress, say, shapes};
+use super::{Failure, config, interrupt, output, print_result, progress, say, scenes, shapes};
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 use rest3d_gpu::ablate::{self, Ended, Row, Run, Stage, Store, Subject, Table};
@@ -74,23 +74,17 @@ impl From<TableName> for Table {
 
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let references = args.reference.len();
-    if references > 1 && references != args.scenes.len() {
-        return Err(Failure::Input(format!(
-            "--reference: {references} of them for {} scenes; give one for all, or one for each",
-            args.scenes.len()
-        )));
-    }
+    let references = scenes::references(&args.reference, args.scenes.len())?;
     let config = config::load(&args.config, args.candidates, args.iterations)?;
     let files = ["ablation.json", "ablation.md"].map(|name| args.output.join(name));
     output::check_places(&files, &args.output.join("runs"))?;
     output::check_writable(&args.output)?;
     let backend = args.backend.open(config.candidates())?.backend;
     let subjects: Result<Vec<Subject>, Failure> = (args.scenes.iter().enumerate())
-        .map(|(i, path)| {
+        .zip(&references)
+        .map(|((i, path), reference)| {
             say(format_args!("scene {}/{}: {}", i + 1, args.scenes.len(), path.display()));
-            let reference = args.reference.get(if references == 1 { 0 } else { i });
-            subject(path, reference.map(PathBuf::as_path), &files)
+            subject(path, *reference, &files)
         })
         .collect();
     let subjects = subjects?;
@@ -126,10 +120,7 @@ fn describe(args: &Args) -> String {
 /// Reads a scene and makes it canonical.
 fn subject(path: &Path, reference: Option<&Path>, outputs: &[PathBuf]) -> Result<Subject, Failure> {
     let read = |path: &Path| -> Result<_, Failure> {
-        let scene = Scene::read(path)?;
-        for warning in &scene.warnings {
-            say(format_args!("warning: {warning}"));
-        }
+        let scene = scenes::read(path)?;
         output::refuse_to_overwrite(&scene, outputs)?;
         let meshes = shapes::meshes(&scene)?;
         Ok((scene, meshes))

@@ -1,11 +1,10 @@
 //! `bench`: how fast a scene is simulated, and how well.
 
 use super::backend::BackendArgs;
-use super::{Failure, output, print_result, progress, say, shapes};
+use super::{Failure, output, print_result, progress, say, scenes, shapes};
 use rest3d_gpu::bench::{Effort, Measurement, Point, Quantity, Subject, measure, plan};
 use rest3d_gpu::files::write_whole;
 use rest3d_gpu::report::{Chart, aligned, svg};
-use rest3d_gpu::scene::Scene;
 use rest3d_gpu::world::{Backend, BackendError, SimSettings};
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
@@ -54,10 +53,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let candidates = args.candidates.unwrap_or(if args.sweep { 16384 } else { 512 });
     let backend = args.backend.open(candidates)?.backend;
-    let scene = Scene::read(&args.scene)?;
-    for warning in &scene.warnings {
-        say(format_args!("warning: {warning}"));
-    }
+    let scene = scenes::read(&args.scene)?;
     let file = args.output.clone().unwrap_or_else(|| "bench.svg".into());
     if args.sweep {
         output::check_places(slice::from_ref(&file), output::parent(&file))?;

@@ -1,6 +1,6 @@
 //! `canonicalize`: turns a reconstruction upright and puts its objects at the heights of their supports.
 
-use super::{Failure, output, print_result, say, shapes};
+use super::{Failure, output, print_result, say, scenes, shapes};
 use rest3d_gpu::canonicalize::{Canonicalization, canonicalize};
 use rest3d_gpu::scene::Scene;
 use std::path::PathBuf;
@@ -22,10 +22,7 @@ pub struct Args {
 
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut scene = Scene::read(&args.scene)?;
-    for warning in &scene.warnings {
-        say(format_args!("warning: {warning}"));
-    }
+    let mut scene = scenes::read(&args.scene)?;
     let dir = &args.output;
     let places = [dir.join("scene.json"), dir.join("canonicalize.json")];
     output::check_places(&places, dir)?;

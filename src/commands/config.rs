@@ -24,11 +24,12 @@ pub fn load(name: &str, candidates: Option<u32>, iterations: Option<u32>) -> Res
     };
     let mut config: Config =
         toml::from_str(&text).map_err(|error| Failure::Input(format!("{name}: {}", error.to_string().trim_end())))?;
+    config.validate().map_err(|error| Failure::Input(format!("{name}: {error}")))?;
     for cem in [&mut config.local, &mut config.global] {
         cem.candidates = candidates.unwrap_or(cem.candidates);
         cem.iterations = iterations.unwrap_or(cem.iterations);
     }
-    config.validate().map_err(|error| Failure::Input(format!("{name}: {error}")))?;
+    config.validate().map_err(|error| Failure::Input(format!("--candidates, --iterations: {error}")))?;
     Ok(config)
 }
 

@@ -1,7 +1,7 @@
 //! `evaluate`: the paper's metrics of one scene or many.
 
 use super::backend::BackendArgs;
-use super::{Failure, print_result, say, shapes};
+use super::{Failure, print_result, say, scenes, shapes};
 use rest3d_gpu::metrics::{self, STEPS};
 use rest3d_gpu::optimize::Rig;
 use rest3d_gpu::report::{Metrics, Overall};
@@ -37,13 +37,7 @@ pub struct Args {
 
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let references = args.reference.len();
-    if references > 1 && references != args.scenes.len() {
-        return Err(Failure::Input(format!(
-            "--reference: {references} of them for {} scenes; give one for all, or one for each",
-            args.scenes.len()
-        )));
-    }
+    let references = scenes::references(&args.reference, args.scenes.len())?;
     let backend = args.backend.open(1)?.backend;
     let detection = match (&args.masks, &args.true_masks) {
         (Some(masks), Some(truth)) => {
@@ -51,20 +45,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         _ => None,
     };
-    let measure = |(i, path): (usize, &PathBuf)| -> Result<Metrics, Failure> {
-        let reference = args.reference.get(if references == 1 { 0 } else { i });
-        let mut metrics = measure(path, reference.map(PathBuf::as_path), args.steps, backend.as_ref())?;
+    let measure = |i: usize| -> Result<Metrics, Failure> {
+        let mut metrics = measure(&args.scenes[i], references[i], args.steps, backend.as_ref())?;
         metrics.detection = detection.clone();
         Ok(metrics)
     };
-    if let [only] = &args.scenes[..] {
-        let metrics = measure((0, only))?;
+    if args.scenes.len() == 1 {
+        let metrics = measure(0)?;
         return print_result(args.json, &metrics, &metrics);
     }
     let (mut measured, mut failures) = (Vec::new(), Vec::new());
     for (i, path) in args.scenes.iter().enumerate() {
         say(format_args!("scene {}/{}: {}", i + 1, args.scenes.len(), path.display()));
-        match measure((i, path)) {
+        match measure(i) {
             Ok(metrics) => measured.push(metrics),
             // One scene without a result is a number of its own among many.
             Err(Failure::Input(problem)) => {
@@ -99,10 +92,7 @@ fn measure(path: &Path, reference: Option<&Path>, steps: u32, backend: &dyn Back
 }
 
 fn read(path: &Path) -> Result<(Scene, Vec<Mesh>), Failure> {
-    let scene = Scene::read(path)?;
-    for warning in &scene.warnings {
-        say(format_args!("warning: {warning}"));
-    }
+    let scene = scenes::read(path)?;
     let meshes = shapes::meshes(&scene)?;
     Ok((scene, meshes))
 }

@@ -17,6 +17,7 @@ mod probe;
 mod progress;
 mod render;
 mod replay;
+mod scenes;
 mod shapes;
 mod simulate;
 

@@ -2,7 +2,7 @@
 
 use super::backend::{BackendArgs, Opened};
 use super::progress::SearchProgress;
-use super::{Failure, canonicalize, config, interrupt, output, pictures, print_result, say, shapes};
+use super::{Failure, canonicalize, config, interrupt, output, pictures, print_result, say, scenes, shapes};
 use rest3d_gpu::canonicalize::Canonicalization;
 use rest3d_gpu::files::write_whole;
 use rest3d_gpu::optimize::{self, Checkpoint, Event, Observer, OptimizeError, Outcome};
@@ -61,10 +61,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = config::load(&args.config, args.candidates, args.iterations)?;
     let Opened { backend, mut spares, adapter } = args.backend.open(config.candidates())?;
-    let mut scene = Scene::read(&args.scene)?;
-    for warning in &scene.warnings {
-        say(format_args!("warning: {warning}"));
-    }
+    let mut scene = scenes::read(&args.scene)?;
     let dir = args.output.clone().unwrap_or_else(|| Path::new("out").join(output::folder_name(&scene.name)));
     let checkpoint = dir.join("checkpoint.json");
     let mut places: Vec<PathBuf> = FILES.iter().map(|name| dir.join(name)).chain([checkpoint.clone()]).collect();

@@ -1,7 +1,7 @@
 //! `render`: a picture of a scene, or many side by side.
 
 use super::painter::PainterArgs;
-use super::{Failure, output, print_result, progress, say};
+use super::{Failure, output, print_result, progress, say, scenes};
 use rest3d_gpu::files::write_whole;
 use rest3d_gpu::render::{
     Cell, Models, Painter, Picture, Sheet, Size, Stage, Viewpoint, camera, share_a_view, sheet, sheet_size, stage,
@@ -69,9 +69,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let rows = if args.sheet { without_empty_results(rows, &args.results) } else { rows };
     for scene in rows.iter().flat_map(|row| &row.entries).filter_map(|(_, scene)| scene.as_ref()) {
         output::refuse_to_overwrite(scene, places)?;
-        for warning in &scene.warnings {
-            say(format_args!("warning: {}: {warning}", scene.file.display()));
-        }
     }
     output::check_writable(output::parent(&args.output))?;
     if !single {
@@ -136,7 +133,7 @@ struct Row {
 impl Row {
     /// The scenes as they were named.
     fn of_scenes(paths: &[PathBuf]) -> Result<Self, Failure> {
-        let scenes: Vec<Scene> = paths.iter().map(|path| Scene::read(path)).collect::<Result<_, _>>()?;
+        let scenes: Vec<Scene> = paths.iter().map(|path| scenes::read(path)).collect::<Result<_, _>>()?;
         let name = scenes.first().map_or_else(String::new, |scene| scene.name.clone());
         let entries = paths.iter().zip(scenes).map(|(path, scene)| (path.display().to_string(), Some(scene))).collect();
         Ok(Self { name, entries })
@@ -144,11 +141,11 @@ impl Row {
 
     /// Input, result and reference of a folder.
     fn of_folder(folder: &Path, results: &Path) -> Result<Self, Failure> {
-        let input = Scene::read(&folder.join(INPUT))?;
+        let input = scenes::read(&folder.join(INPUT))?;
         let name = input.name.clone();
         let result = results.join(output::folder_name(&name)).join(INPUT);
         let result = if result.exists() {
-            ("result".to_owned(), Some(Scene::read(&result)?))
+            ("result".to_owned(), Some(scenes::read(&result)?))
         } else {
             (format!("no result in {}", output::parent(&result).display()), None)
         };
@@ -156,7 +153,7 @@ impl Row {
         for (file, label) in REFERENCES {
             let file = folder.join(file);
             if file.exists() {
-                entries.push((label.to_owned(), Some(Scene::read(&file)?)));
+                entries.push((label.to_owned(), Some(scenes::read(&file)?)));
             }
         }
         Ok(Self { name, entries })

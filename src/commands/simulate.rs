@@ -1,7 +1,7 @@
 //! `simulate`: one forward simulation of a scene as it stands.
 
 use super::backend::BackendArgs;
-use super::{Failure, canonicalize, output, print_result, replay, say, shapes};
+use super::{Failure, canonicalize, output, print_result, replay, say, scenes, shapes};
 use rest3d_gpu::files::write_whole_with;
 use rest3d_gpu::optimize::{Candidate, Rig, standing};
 use rest3d_gpu::report::Trajectory;
@@ -45,10 +45,7 @@ pub struct Args {
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let backend = args.backend.open(1)?.backend;
-    let mut scene = Scene::read(&args.scene)?;
-    for warning in &scene.warnings {
-        say(format_args!("warning: {warning}"));
-    }
+    let mut scene = scenes::read(&args.scene)?;
     if let Some(file) = &args.output {
         output::check_places(slice::from_ref(file), output::parent(file))?;
         output::refuse_to_overwrite(&scene, slice::from_ref(file))?;
@@ -143,15 +140,13 @@ fn parse_candidate(text: &str) -> Result<Candidate, String> {
 
 /// A result with holes is none; a narrow phase that gave up somewhere is worth a line.
 fn report_status(status: &[Status]) -> Result<(), Failure> {
-    let named = |status: &Status| -> Vec<&str> {
-        Status::NAMES.iter().filter(|(bit, _)| status.intersects(*bit)).map(|(_, name)| *name).collect()
-    };
-    for status in status.iter().filter(|status| **status != Status::default()) {
-        let what = named(status).join(", ");
+    for status in status {
+        let faults = Status::FAULTS.iter().filter(|fault| status.intersects(fault.bit));
+        let what: Vec<String> = faults.map(|fault| format!("{}; {}", fault.name, fault.remedy)).collect();
         if !status.is_usable() {
-            return Err(Failure::Other(format!("the simulation failed: {what}")));
+            return Err(Failure::Other(format!("the simulation failed: {}", what.join("; "))));
         }
-        say(format_args!("warning: {what}"));
+        what.iter().for_each(|what| say(format_args!("warning: {what}")));
     }
     Ok(())
 }

@@ -2,9 +2,9 @@
 
 use crate::world::{Energy, Status, Winner};
 
-/// How many candidates have each bit of `Status::NAMES` set.
-pub fn flags(statuses: &[Status]) -> [u32; Status::NAMES.len()] {
-    Status::NAMES.map(|(bit, _)| statuses.iter().filter(|status| status.intersects(bit)).count() as u32)
+/// How many candidates have each bit of `Status::FAULTS` set.
+pub fn flags(statuses: &[Status]) -> [u32; Status::FAULTS.len()] {
+    Status::FAULTS.map(|fault| statuses.iter().filter(|status| status.intersects(fault.bit)).count() as u32)
 }
 
 /// Mean total of the elites, rows of candidates or of the winner; +∞ if there is none.

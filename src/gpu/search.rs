@@ -105,8 +105,8 @@ impl<'a> GpuSearch<'a> {
     /// Makes more room where some candidate had too little; false if that is not wanted any more.
     fn grow(&mut self, flags: Flags) -> Result<bool, GpuError> {
         let mut faults = Status::default();
-        for ((bit, _), _) in Status::NAMES.iter().zip(flags.counts).filter(|(_, count)| *count > 0) {
-            faults.insert(*bit);
+        for (fault, _) in Status::FAULTS.iter().zip(flags.counts).filter(|(_, count)| *count > 0) {
+            faults.insert(fault.bit);
         }
         let Some(capacities) = grown(self.world.capacities, self.first_capacities, faults) else { return Ok(false) };
         self.world.capacities = capacities;

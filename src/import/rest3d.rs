@@ -1,7 +1,7 @@
 //! The `stage2` folder of the released REST3D pipeline: a support tree in `scene_tree.json`, and one OBJ per object in
 //! `scene_canon/obj_files` whose vertices are in the world frame (metres, Y up), so that every pose is the identity.
 
-use crate::scene::{Relation, Root, SceneError};
+use crate::scene::{Relation, Root, Scene, SceneError};
 use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -13,6 +13,14 @@ const MESHES: &str = "scene_canon/obj_files";
 /// The tree's file, if `folder` is a `stage2` folder or holds one.
 pub fn find(folder: &Path) -> Option<PathBuf> {
     [folder.join(TREE), folder.join("stage2").join(TREE)].into_iter().find(|file| file.is_file())
+}
+
+/// Reads the scene of a tree's file.
+///
+/// # Errors
+/// A tree that is not one, or an object that the document does not allow.
+pub fn read(file: &Path) -> Result<Scene, SceneError> {
+    Scene::read_as(file, |tree| document(file, tree))
 }
 
 /// The `scene.json` document that says the same as a tree, and what the user should know about it.

@@ -15,6 +15,8 @@ pub use detection::{Detection, DetectionError, detection};
 pub use geometry::{Geometry, Layout, geometry, layout};
 pub use stability::{ObjectMotion, Stability, stability};
 
+pub use crate::optimize::FALLEN;
+
 use crate::scene::Scene;
 use crate::shape::Mesh;
 use glam::DVec3;
@@ -29,15 +31,13 @@ pub const MAX_TURN: f64 = 0.1;
 pub const TOUCHING: f64 = 1e-3;
 /// Distance within which a point counts as matched in the F-score, m.
 pub const MATCHED: f64 = 0.05;
-/// A turn from the reference beyond which an object has fallen over, rad (30°): no stability metric sees it.
-pub const FALLEN: f64 = std::f64::consts::FRAC_PI_6;
 /// Intersection over union from which a mask is found.
 pub const FOUND: f64 = 0.5;
 
 /// Corners of every triangle of an object where it stands, m.
 fn placed(scene: &Scene, object: usize, mesh: &Mesh) -> Vec<[DVec3; 3]> {
     let pose = &scene.objects[object].pose;
-    let vertices: Vec<DVec3> = mesh.vertices.iter().map(|v| pose.translation + pose.rotation * v.as_dvec3()).collect();
+    let vertices: Vec<DVec3> = mesh.vertices.iter().map(|v| pose.point(v.as_dvec3())).collect();
     mesh.triangles.iter().map(|t| t.map(|i| vertices[i as usize])).collect()
 }
 

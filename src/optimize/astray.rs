@@ -1,15 +1,12 @@
 //! Free places near the one where an object was set onto its support, for one that the search has pushed off it.
 
-use super::edge::directions;
+use super::directions::directions;
 use super::run::Run;
 use super::support::Placed;
+use super::tolerances::{FREE_STEP, FREE_WITHIN};
 use crate::scene::{self, Parent};
 use crate::world::constants::TOUCHING_DEPTH;
 use glam::DVec3;
-
-/// Farthest of them, m, and how far they are from each other along a direction.
-const REACH: f64 = 0.1;
-const STEP: f64 = 0.01;
 
 impl Run<'_> {
     /// Where the object overlaps no other but its parent, the nearest to its reconstruction first: its seated pose,
@@ -36,7 +33,7 @@ impl Run<'_> {
 
 /// Horizontal shifts in all directions, from none to the farthest, m.
 fn shifts() -> impl Iterator<Item = DVec3> {
-    let rings = 1..=(REACH / STEP).round() as u32;
-    let ring = |ring: u32| directions().map(move |along| along * (STEP * f64::from(ring)));
+    let rings = 1..=(FREE_WITHIN / FREE_STEP).round() as u32;
+    let ring = |ring: u32| directions().map(move |along| along * (FREE_STEP * f64::from(ring)));
     std::iter::once(DVec3::ZERO).chain(rings.flat_map(ring))
 }

@@ -1,13 +1,10 @@
 //! One group's search: episodes of Cross-Entropy iterations, and when to stop.
 
+use super::tolerances::IMPROVEMENT;
 use crate::world::{
     Backend, BackendError, Best, CemSettings, Distribution, Flow, IterationStats, KernelTime, Search, SearchSettings,
     Status, Stream, World,
 };
-
-/// An improvement of the elites below this share counts as none (see `CemSettings::patience`). The best candidate is no
-/// guide: a lucky first one stands while the distribution still moves.
-const IMPROVEMENT: f32 = 0.01;
 
 /// How a search ended.
 #[derive(Clone, Debug)]
@@ -15,7 +12,7 @@ pub(super) struct Searched {
     /// The best candidate ever seen; none if every simulation failed.
     pub best: Option<Best>,
     /// Candidates with each status bit.
-    pub flagged: [u64; Status::NAMES.len()],
+    pub flagged: [u64; Status::FAULTS.len()],
     /// Steps that candidates were simulated for, and those of all that might have been.
     pub steps: [u64; 2],
     /// True if the observer ended it.
@@ -37,7 +34,7 @@ pub(super) fn search(
 ) -> Result<Searched, BackendError> {
     let cem = &settings.cem;
     let mut search = backend.search(world, settings, stream)?;
-    let mut flagged = [0; Status::NAMES.len()];
+    let mut flagged = [0; Status::FAULTS.len()];
     let mut steps = [0; 2];
     let mut stopped = false;
     let mut second = second.map(|mean| Distribution { mean, ..cem.initial(world.units.len()) });

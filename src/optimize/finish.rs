@@ -1,10 +1,12 @@
 //! The end of a run: the layout that the search left settles, gets a second opinion, is parted and checked.
 
+use super::tolerances::{FALLEN, FOOTINGS};
 use super::{
     Checkpoint, Clearances, Event, GroupRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings, exact,
     footing::{Written, keep},
     groups::Group,
     opinion::Opinions,
+    posture::angle,
     rig::Rig,
     room::Placer,
     run::Run,
@@ -14,14 +16,7 @@ use super::{
 };
 use crate::scene::{self, Parent};
 use crate::world::{BackendError, Flow, Pose, World, angle_between};
-use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
-
-/// An object turned by more than this from its input has fallen, rad.
-pub(super) const FALLEN: f64 = FRAC_PI_6;
-
-/// So often are other parts looked at before those of the search are written.
-const FOOTINGS: usize = 6;
 
 impl Run<'_> {
     /// Settles and checks the layout that the search left. Both also run after an early stop: they are short, and an
@@ -211,12 +206,6 @@ impl Run<'_> {
             })
             .collect()
     }
-}
-
-/// Angle between two poses, rad; accurate for small ones.
-pub(super) fn angle(a: &scene::Pose, b: &scene::Pose) -> f64 {
-    let d = a.rotation.conjugate() * b.rotation;
-    2.0 * d.xyz().length().atan2(d.w.abs())
 }
 
 fn timings(groups: &[Group], records: &[GroupRecord]) -> Timings {

@@ -1,6 +1,7 @@
 //! The parts that are written: what bears in the result does so with faces of four corners.
 
 use super::rig::Rig;
+use super::tolerances::{FOOT_WITHIN, SAME, UPWARDS};
 use crate::scene::Pose;
 use crate::shape::{MassProperties, Part, Shape, four_cornered};
 use glam::{DVec3, Vec3};
@@ -9,13 +10,6 @@ use parry3d::math::Pose as Isometry;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query::contact;
 use parry3d::shape::ConvexPolyhedron;
-
-/// Parts bear if they are nearer to each other, or to the ground, than this, m.
-const REACH: f32 = 1e-3;
-/// What bears does so in a direction with at least this vertical share (45°).
-const UPWARDS: f64 = 0.7;
-/// Directions nearer to each other than this are one (cosine, 1°).
-const SAME: f32 = 0.9998;
 
 /// A part of an object in the world.
 struct Piece<'a> {
@@ -29,13 +23,13 @@ struct Piece<'a> {
 
 impl<'a> Piece<'a> {
     fn new(object: usize, pose: &'a Pose, part: &Part) -> Self {
-        let corner = |vertex: &Vec3| (pose.translation + pose.rotation * vertex.as_dvec3()).as_vec3();
+        let corner = |vertex: &Vec3| pose.point(vertex.as_dvec3()).as_vec3();
         let (low, high) = part
             .vertices
             .iter()
             .map(corner)
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-        let reach = Vec3::splat(0.5 * REACH);
+        let reach = Vec3::splat(0.5 * FOOT_WITHIN);
         let mut piece = Self {
             pose,
             object,
@@ -43,7 +37,7 @@ impl<'a> Piece<'a> {
             bounds: Aabb::new(low - reach, high + reach),
             towards: Vec::new(),
         };
-        if low.y < REACH {
+        if low.y < FOOT_WITHIN {
             piece.bears(DVec3::NEG_Y);
         }
         piece
@@ -68,7 +62,7 @@ impl<'a> Piece<'a> {
             (back * (other.pose.translation - self.pose.translation)).as_vec3(),
             (back * other.pose.rotation).normalize().as_quat(),
         );
-        let contact = contact(&Isometry::IDENTITY, one, &there, two, REACH).ok().flatten()?;
+        let contact = contact(&Isometry::IDENTITY, one, &there, two, FOOT_WITHIN).ok().flatten()?;
         Some(self.pose.rotation * contact.normal1.as_dvec3())
     }
 }

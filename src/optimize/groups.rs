@@ -146,7 +146,7 @@ fn local(scene: &Scene, bearers: &[Vec<usize>]) -> Vec<Group> {
             continue;
         }
         let shared = group.objects.iter().flat_map(|&object| bearers[object].iter().copied());
-        let others: Vec<usize> = subtree(scene, held, |_| true).into_iter().chain(shared).collect();
+        let others: Vec<usize> = scene.subtree(held, |_| true).into_iter().chain(shared).collect();
         for object in others {
             if !group.objects.contains(&object) {
                 group.add(object, STATIC);
@@ -167,18 +167,7 @@ pub(super) fn is_on_firm_ground(scene: &Scene, object: usize) -> bool {
 
 /// A movable object and everything on it that moves along, itself first.
 pub(super) fn moving_along(scene: &Scene, root: usize) -> Vec<usize> {
-    subtree(scene, root, |child| !scene.is_static(child))
-}
-
-/// An object and its descendants, parents first, without those that `enter` refuses and theirs.
-pub(super) fn subtree(scene: &Scene, root: usize, enter: impl Fn(usize) -> bool) -> Vec<usize> {
-    let mut found = vec![root];
-    let mut next = 0;
-    while next < found.len() {
-        found.extend(scene.children(found[next]).filter(|&child| enter(child)));
-        next += 1;
-    }
-    found
+    scene.subtree(root, |child| !scene.is_static(child))
 }
 
 /// Moves an object to `pose`, and everything on it that `along` lets through rigidly with it.
@@ -191,7 +180,7 @@ pub(super) fn carry(
 ) {
     let old = layout[object];
     let turn = pose.rotation * old.rotation.conjugate();
-    for moved in subtree(scene, object, along) {
+    for moved in scene.subtree(object, along) {
         let place = &mut layout[moved];
         place.translation = pose.translation + turn * (place.translation - old.translation);
         place.rotation = (turn * place.rotation).normalize();

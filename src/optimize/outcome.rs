@@ -92,7 +92,7 @@ pub struct GroupRecord {
     /// Iteration and index of the best candidate, for a replay.
     pub winner: Option<(u32, u32)>,
     /// Candidates with each status bit, summed over the iterations.
-    pub flagged: [u64; Status::NAMES.len()],
+    pub flagged: [u64; Status::FAULTS.len()],
     /// Steps that candidates were simulated for, and those of all that might have been (`CemSettings::prune`).
     pub steps: [u64; 2],
     /// s.

@@ -1,14 +1,12 @@
 //! From an object to a body and back: the only place where the document's f64 poses and the simulator's f32 meet.
 
+use super::tolerances::EVEN_DENSITY;
 use crate::scene;
 use crate::shape::{Alternative, MassProperties, Part, Shape};
 use crate::world::{BodyDef, Pose};
 use glam::{DQuat, DVec3, Vec2, Vec3};
 use parry3d::shape::ConvexPolyhedron;
 use std::sync::OnceLock;
-
-/// Density of what has no mass stated, kg/m³: that of MuJoCo and PhysX.
-const EVEN_DENSITY: f32 = 1000.0;
 
 /// One object as a rigid body. The body's frame is its centre of mass with principal axes; the object's frame is that of
 /// its scaled mesh.
@@ -93,7 +91,7 @@ impl Rig {
 
     /// Centre of mass of an object at a pose, m.
     pub fn center_of(&self, object: &scene::Pose) -> DVec3 {
-        object.translation + object.rotation * self.center
+        object.point(self.center)
     }
 
     /// The object with this rotation, its centre of mass where it was.

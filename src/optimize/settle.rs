@@ -4,13 +4,11 @@
 //! millimetre in the air, and every other engine would turn that into motion.
 
 use super::config::SettleSettings;
+use super::tolerances::REST_SECONDS;
 use crate::world::{
     Backend, BackendError, CemSettings, Flow, Pose, SearchSettings, SimSettings, Status, Velocity, World,
 };
 use std::ops::Range;
-
-/// How long everything must be slow before it counts as at rest, s.
-const REST_SECONDS: f32 = 0.5;
 
 /// Where the bodies of one or several candidates came to rest.
 #[derive(Clone, Debug)]

@@ -5,6 +5,7 @@
 //! to the ground, is not on the table. Only what hangs on its parent or is fastened to it may touch it from anywhere.
 
 use super::rig::Rig;
+use super::tolerances::{BEARS_WITHIN, UPWARD};
 use crate::scene::{Parent, Relation, Root, Scene};
 use crate::world::Pose;
 use glam::Vec3;
@@ -12,12 +13,6 @@ use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::Pose as Isometry;
 use parry3d::query::{Contact, contact};
 use parry3d::shape::{ConvexPolyhedron, Shape};
-
-/// Largest gap between an object and what bears it, m.
-const REACH: f32 = 0.005;
-
-/// Smallest upward share of the direction in which what bears an object pushes it (about 15° above the horizontal).
-const UPWARD: f32 = 0.25;
 
 /// One object's parts where they are.
 pub(super) struct Placed<'a> {
@@ -30,7 +25,7 @@ impl<'a> Placed<'a> {
     /// For a pose of the body.
     pub fn new(rig: &'a Rig, pose: &Pose) -> Self {
         let isometry = Isometry::from_parts(pose.translation, pose.rotation);
-        let bounded = |part: &'a ConvexPolyhedron| (part, part.compute_aabb(&isometry).loosened(0.5 * REACH));
+        let bounded = |part: &'a ConvexPolyhedron| (part, part.compute_aabb(&isometry).loosened(0.5 * BEARS_WITHIN));
         Self { pose: isometry, parts: rig.solids().iter().map(bounded).collect(), lowest: rig.lowest(pose) }
     }
 
@@ -38,22 +33,23 @@ impl<'a> Placed<'a> {
     /// attached, if it touches this anywhere.
     pub fn bears(&self, other: &Self, relation: Relation) -> bool {
         let from_anywhere = matches!(relation, Relation::Hanging | Relation::Attached);
-        let on_ground = other.lowest <= REACH;
+        let on_ground = other.lowest <= BEARS_WITHIN;
         self.parts.iter().any(|(a, box_a)| {
             other.parts.iter().filter(|(_, box_b)| box_a.intersects(box_b)).any(|(b, _)| {
-                let touch = contact(&self.pose, *a, &other.pose, *b, REACH).ok().flatten();
-                let from_above =
-                    |touch: Contact| touch.normal1.y >= UPWARD && !(on_ground && touch.point1.y > other.lowest + REACH);
+                let touch = contact(&self.pose, *a, &other.pose, *b, BEARS_WITHIN).ok().flatten();
+                let from_above = |touch: Contact| {
+                    touch.normal1.y >= UPWARD && !(on_ground && touch.point1.y > other.lowest + BEARS_WITHIN)
+                };
                 touch.is_some_and(|touch| from_anywhere || from_above(touch))
             })
         })
     }
 
-    /// True if the other is within `REACH` of this.
+    /// True if the other is within `BEARS_WITHIN` of this.
     pub fn touches(&self, other: &Self) -> bool {
         let near = |(a, box_a): &(&ConvexPolyhedron, Aabb), (b, box_b): &(&ConvexPolyhedron, Aabb)| {
             box_a.intersects(box_b)
-                && contact(&self.pose, *a, &other.pose, *b, REACH).is_ok_and(|touch| touch.is_some())
+                && contact(&self.pose, *a, &other.pose, *b, BEARS_WITHIN).is_ok_and(|touch| touch.is_some())
         };
         self.parts.iter().any(|own| other.parts.iter().any(|part| near(own, part)))
     }
@@ -78,7 +74,7 @@ pub(super) fn lost(scene: &Scene, rigs: &[Rig], poses: &[Pose]) -> Vec<bool> {
     let borne_directly = |i: usize| match scene.objects[i].parent {
         Parent::Object(parent) => placed[parent].bears(&placed[i], scene.objects[i].relation),
         Parent::Root(Root::Wall | Root::Ceiling) => true,
-        Parent::Root(Root::Ground | Root::GroundWall) => placed[i].lowest <= REACH,
+        Parent::Root(Root::Ground | Root::GroundWall) => placed[i].lowest <= BEARS_WITHIN,
     };
     let mut borne: Vec<bool> = (0..count).map(|i| scene.is_static(i) || borne_directly(i)).collect();
     let mut fresh: Vec<usize> = (0..count).filter(|&i| borne[i]).collect();

@@ -2,11 +2,8 @@
 
 use super::config::VerifySettings;
 use super::settle::{in_portions, steps, usable};
+use super::tolerances::{FARTHER, TURNED};
 use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, World, angle_between};
-
-/// A body that moves that much farther moves farther, m and rad.
-const FARTHER: f64 = 1e-3;
-const TURNED: f64 = 5e-3;
 
 /// What one body did during the check.
 #[derive(Clone, Copy, Debug, Default)]

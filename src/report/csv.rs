@@ -9,8 +9,8 @@ use std::fmt::Write;
 pub fn energy_csv(outcome: &Outcome) -> String {
     let mut text =
         String::from("group,name,iteration,best,stability,velocity,penetration,layout,iteration_best,elite_mean");
-    for (_, name) in Status::NAMES {
-        text += &format!(",{name}");
+    for fault in Status::FAULTS {
+        text += &format!(",{}", fault.name);
     }
     text.push('\n');
     for record in &outcome.iterations {

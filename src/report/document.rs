@@ -178,7 +178,7 @@ impl<'a> Report<'a> {
             .collect();
         let name = |object: usize| scene.objects[object].name.as_str();
         let overlap = |&MeshOverlap { objects: [a, b], depth }: &MeshOverlap| Overlap { a: name(a), b: name(b), depth };
-        let mut flagged = [0; Status::NAMES.len()];
+        let mut flagged = [0; Status::FAULTS.len()];
         for group in &outcome.groups {
             for (sum, count) in flagged.iter_mut().zip(group.flagged) {
                 *sum += count;
@@ -307,6 +307,6 @@ fn kernels(groups: &[GroupRecord]) -> Vec<KernelTime> {
     sums
 }
 
-fn named(flagged: &[u64; Status::NAMES.len()]) -> BTreeMap<&'static str, u64> {
-    Status::NAMES.iter().zip(flagged).map(|((_, name), &count)| (*name, count)).collect()
+fn named(flagged: &[u64; Status::FAULTS.len()]) -> BTreeMap<&'static str, u64> {
+    Status::FAULTS.iter().zip(flagged).map(|(fault, &count)| (fault.name, count)).collect()
 }

@@ -14,6 +14,7 @@ mod tree;
 mod write;
 
 pub use error::SceneError;
+pub use read::FILE;
 pub use support::{Parent, Relation, Root};
 
 use frame::Frame;
@@ -47,6 +48,11 @@ impl Pose {
     /// True if every number is.
     pub fn is_finite(&self) -> bool {
         self.rotation.is_finite() && self.translation.is_finite()
+    }
+
+    /// A point of the object, m, scale applied, in the world.
+    pub fn point(&self, point: DVec3) -> DVec3 {
+        self.translation + self.rotation * point
     }
 }
 
@@ -126,6 +132,22 @@ impl Scene {
     /// Every object once, after all objects that it bears; otherwise in the scene's order.
     pub fn post_order(&self) -> Vec<usize> {
         tree::post_order(&self.objects, &self.children)
+    }
+
+    /// Every object once, after what bears it.
+    pub fn bearers_first(&self) -> Vec<usize> {
+        self.post_order().into_iter().rev().collect()
+    }
+
+    /// An object and its descendants, parents first, without those that `enter` refuses and theirs.
+    pub fn subtree(&self, root: usize, enter: impl Fn(usize) -> bool) -> Vec<usize> {
+        let mut found = vec![root];
+        let mut next = 0;
+        while next < found.len() {
+            found.extend(self.children(found[next]).filter(|&child| enter(child)));
+            next += 1;
+        }
+        found
     }
 
     /// True for what takes no part in simulation: objects on a wall or ceiling, hanging ones and those not movable.

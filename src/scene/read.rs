@@ -4,43 +4,36 @@ use super::fields::{Fields, found};
 use super::frame::{Frame, Up, is_near};
 use super::object::Context;
 use super::{Object, Room, Scene, SceneError, object, tree};
-use crate::import::rest3d;
 use glam::DVec3;
 use serde_json::Value;
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+/// Name of the file that tells of a scene.
+pub const FILE: &str = "scene.json";
 
 impl Scene {
-    /// Reads a `scene.json`, a folder that holds one, or a REST3D `stage2` folder.
+    /// Reads a `scene.json`, or the one of a folder.
     ///
     /// Meshes are only looked for, not loaded: see [`Scene::check_size`] for the check that needs them.
     ///
     /// # Errors
     /// The first thing that the contract does not allow.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
-        let file = if path.is_dir() { find(path)? } else { path.to_path_buf() };
-        let is_stage2 = file.file_name().is_some_and(|name| name == rest3d::TREE);
-        parse(&file, &read_text(&file)?, |content| match is_stage2 {
-            false => from_document(&file, content, Vec::new()),
-            true => {
-                let (document, warnings) = rest3d::document(&file, content)?;
-                from_document(&file, &document, warnings)
-            }
+        let file = if path.is_dir() { path.join(FILE) } else { path.to_path_buf() };
+        Self::read_as(&file, |content| Ok((content.clone(), Vec::new())))
+    }
+
+    /// Reads a file of another format, which `convert` turns into a document of ours and what the user should know of it.
+    pub(crate) fn read_as(
+        file: &Path,
+        convert: impl Fn(&Value) -> Result<(Value, Vec<String>), SceneError>,
+    ) -> Result<Self, SceneError> {
+        parse(file, &read_text(file)?, |content| {
+            let (document, warnings) = convert(content)?;
+            from_document(file, &document, warnings)
         })
     }
-}
-
-/// The file of a folder that tells of a scene.
-fn find(folder: &Path) -> Result<PathBuf, SceneError> {
-    let scene = folder.join("scene.json");
-    let file = if scene.is_file() { Some(scene) } else { rest3d::find(folder) };
-    file.ok_or_else(|| {
-        SceneError::new(
-            folder,
-            "the folder holds neither a scene.json nor a scene_tree.json",
-            "name a scene.json, a folder that holds one, or a REST3D stage2 folder",
-        )
-    })
 }
 
 fn read_text(file: &Path) -> Result<String, SceneError> {

@@ -231,8 +231,8 @@ pub struct IterationStats {
     /// Mean total of this iteration's elites.
     #[serde(deserialize_with = "null_is_infinite")]
     pub elite_mean: f32,
-    /// Candidates whose status has each bit of `Status::NAMES`; of those that were given up (`CemSettings::prune`), until then.
-    pub flagged: [u32; Status::NAMES.len()],
+    /// Candidates whose status has each bit of `Status::FAULTS`; of those that were given up (`CemSettings::prune`), until then.
+    pub flagged: [u32; Status::FAULTS.len()],
     /// Steps that candidates were simulated for, all together.
     pub steps: u64,
 }

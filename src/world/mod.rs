@@ -24,4 +24,4 @@ pub use outline::Outline;
 pub use pose::{Pose, Velocity, angle_between, compose, from_scaled_axis, sin_cos_turns, unit_rotation};
 pub use rollouts::{KernelTime, Rollouts};
 pub use settings::{CemSettings, EnergyWeights, NarrowPhase, PenetrationMode, Round, SimSettings};
-pub use status::Status;
+pub use status::{Fault, Status};

@@ -7,6 +7,17 @@ use bytemuck::{Pod, Zeroable};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Status(pub u32);
 
+/// What can go wrong.
+#[derive(Clone, Copy, Debug)]
+pub struct Fault {
+    /// Set where it did.
+    pub bit: Status,
+    /// For tables.
+    pub name: &'static str,
+    /// What the user can do about it.
+    pub remedy: &'static str,
+}
+
 impl Status {
     /// More overlapping hull pairs than `Capacities::hull_pairs`.
     pub const HULL_PAIRS: Self = Self(1);
@@ -19,12 +30,28 @@ impl Status {
     /// Not a fault: others were better, and it was not simulated to its end (`CemSettings::rounds`).
     pub const PASSED_OVER: Self = Self(16);
 
-    /// Every fault with its name and remedy, for reports.
-    pub const NAMES: [(Self, &'static str); 4] = [
-        (Self::HULL_PAIRS, "hull pairs over capacity"),
-        (Self::CONTACTS, "contacts over capacity"),
-        (Self::NOT_FINITE, "not finite"),
-        (Self::ITERATIONS, "narrow phase out of iterations"),
+    /// Every fault, for reports.
+    pub const FAULTS: [Fault; 4] = [
+        Fault {
+            bit: Self::HULL_PAIRS,
+            name: "hull pairs over capacity",
+            remedy: "move apart what overlaps, or give its objects fewer convex parts",
+        },
+        Fault {
+            bit: Self::CONTACTS,
+            name: "contacts over capacity",
+            remedy: "move apart what overlaps, or give its objects fewer convex parts",
+        },
+        Fault {
+            bit: Self::NOT_FINITE,
+            name: "not finite",
+            remedy: "look for an object whose mass or size is out of proportion to the others'",
+        },
+        Fault {
+            bit: Self::ITERATIONS,
+            name: "narrow phase out of iterations",
+            remedy: "look at what touches there: a contact may be missing; simpler convex parts cure it",
+        },
     ];
 
     /// Sets the bits of `other`.

@@ -189,8 +189,8 @@ impl Sim {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Flags {
-    /// In the order of `Status::NAMES`.
-    pub counts: [u32; Status::NAMES.len()],
+    /// In the order of `Status::FAULTS`.
+    pub counts: [u32; Status::FAULTS.len()],
 }
 
 /// What an iteration reports.

@@ -10,7 +10,7 @@ mod surface;
 mod tolerances;
 mod walls;
 
-use super::groups::subtree;
+use super::directions::directions;
 use super::room::Room;
 use crate::scene::{Parent, Pose, Root, Scene};
 use crate::shape::Shape;
@@ -18,8 +18,8 @@ use glam::{DMat3, DVec3};
 use std::cell::Cell;
 use surface::{Budget, Surface};
 use tolerances::{
-    ASIDE, DIRECTIONS, DROP, LOAD, MAX_MOVE, MAX_MOVE_HUNG, MAX_PAIRS, REACHES, REST, ROUNDS, SIDEWAYS, SINK, SPARES,
-    TOO_NEAR, TOUCHING, UPWARDS,
+    ASIDE, DROP, LOAD, MAX_MOVE, MAX_MOVE_HUNG, MAX_PAIRS, REACHES, REST, ROUNDS, SIDEWAYS, SINK, SPARES, TOO_NEAR,
+    TOUCHING, UPWARDS,
 };
 use walls::Walls;
 
@@ -110,9 +110,7 @@ struct Exact<'a> {
 impl<'a> Exact<'a> {
     fn new(scene: &'a Scene, shapes: &[Shape], room: &'a Room, layout: &[Pose]) -> Self {
         let movable = |object: usize| scene.objects[object].movable;
-        let moving = |object| if movable(object) { subtree(scene, object, movable) } else { Vec::new() };
-        let turn = std::f64::consts::TAU / DIRECTIONS as f64;
-        let direction = |i: usize| DVec3::new((turn * i as f64).cos(), 0.0, (turn * i as f64).sin());
+        let moving = |object| if movable(object) { scene.subtree(object, movable) } else { Vec::new() };
         let surfaces: Vec<Surface> =
             shapes.iter().zip(layout).map(|(shape, pose)| Surface::new(&shape.surface, pose)).collect();
         let walls = Walls::new(room, &surfaces);
@@ -120,7 +118,7 @@ impl<'a> Exact<'a> {
             Some(normal) => {
                 let across = DVec3::Y.cross(normal).try_normalize().unwrap_or(DVec3::X);
                 let plane = DMat3::from_cols(across, normal, normal.cross(across));
-                let along = (0..DIRECTIONS).map(|i| Heading::new((plane * direction(i)).normalize(), ASIDE, 1.0));
+                let along = directions().map(|along| Heading::new((plane * along).normalize(), ASIDE, 1.0));
                 [Heading::new(normal, ASIDE, 1.0)].into_iter().chain(along).collect()
             }
             None => Vec::new(),
@@ -132,8 +130,8 @@ impl<'a> Exact<'a> {
             shifts: vec![DVec3::ZERO; layout.len()],
             up: Heading::new(DVec3::Y, REST, UPWARDS),
             down: Heading::new(DVec3::NEG_Y, REST, 1.0),
-            aside: (0..DIRECTIONS).map(|i| Heading::new(direction(i), ASIDE, 1.0)).collect(),
-            askew: (0..DIRECTIONS).map(|i| Heading::new((direction(i) + DVec3::Y).normalize(), ASIDE, 1.0)).collect(),
+            aside: directions().map(|aside| Heading::new(aside, ASIDE, 1.0)).collect(),
+            askew: directions().map(|aside| Heading::new((aside + DVec3::Y).normalize(), ASIDE, 1.0)).collect(),
             along: (0..layout.len()).map(along_surface).collect(),
             walls,
             surfaces,
@@ -164,9 +162,7 @@ impl<'a> Exact<'a> {
 
     /// Lowers what was raised farther than it had to be, and what its parts hold a little above its bearer; bearers first.
     fn lower(&mut self) {
-        let mut bearers_first = self.scene.post_order();
-        bearers_first.reverse();
-        for object in bearers_first {
+        for object in self.scene.bearers_first() {
             let bearer = match self.scene.objects[object].parent {
                 Parent::Object(bearer) => self.shifts[bearer].y,
                 Parent::Root(_) => 0.0,
@@ -338,7 +334,7 @@ impl<'a> Exact<'a> {
             .map(|(i, j, _)| MeshOverlap { objects: [i, j], depth: self.depth(i, j) })
             .collect();
         let drops =
-            (0..self.surfaces.len()).map(|object| self.drop(object, &subtree(self.scene, object, |_| true))).collect();
+            (0..self.surfaces.len()).map(|object| self.drop(object, &self.scene.subtree(object, |_| true))).collect();
         Clearances { drops, overlaps, complete: parted && self.budget.get() > 0, shifts: self.shifts }
     }
 

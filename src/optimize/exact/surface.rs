@@ -22,7 +22,7 @@ pub(super) struct Surface {
 
 impl Surface {
     pub fn new(mesh: &Mesh, pose: &Pose) -> Self {
-        let corner = |&i: &u32| pose.translation + pose.rotation * mesh.vertices[i as usize].as_dvec3();
+        let corner = |&i: &u32| pose.point(mesh.vertices[i as usize].as_dvec3());
         let triangles: Vec<Triangle> = (mesh.triangles.iter())
             .map(|t| [corner(&t[0]), corner(&t[1]), corner(&t[2])])
             .filter(|[a, b, c]| (*b - *a).cross(*c - *a).length_squared() > 0.0)

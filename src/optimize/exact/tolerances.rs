@@ -29,9 +29,6 @@ pub(super) const MAX_MOVE: f64 = 0.03;
 /// The same for what no simulation parts before: things on walls and ceilings, m.
 pub(super) const MAX_MOVE_HUNG: f64 = 0.1;
 
-/// Moves sideways look for room in so many directions.
-pub(super) const DIRECTIONS: usize = 16;
-
 /// Upwards is preferred to a move sideways that is not shorter than this share of it.
 pub(super) const UPWARDS: f64 = 0.7;
 

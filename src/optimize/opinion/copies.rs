@@ -1,16 +1,10 @@
 //! Copies of a layout in which what does not stand is elsewhere.
 
+use super::tolerances::{COPIES, SPREAD};
 use super::{Layout, Opinions, runs::Model, trial::Trial};
 use crate::cpu::sample::sample;
 use crate::world::{BackendError, Stream};
 use glam::{DQuat, Vec3};
-
-/// Copies that a round looks at.
-const COPIES: u32 = 64;
-
-/// Standard deviation of the shift of an object that fails: m, horizontal and vertical; and of its turn about each axis, rad.
-/// The last copies have all of it, the first ones next to nothing.
-const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
 
 impl Opinions<'_> {
     /// Copies of a layout in which what moves is shifted and turned, in every other one from where it comes to rest in one of

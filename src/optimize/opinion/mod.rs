@@ -14,23 +14,15 @@
 mod copies;
 mod focus;
 mod runs;
+mod tolerances;
 mod trial;
 
 use super::{Checkpoint, Event, Observer, checkpoint::Progress, groups::Group, projection, run::Run, verify::verify};
 use crate::scene;
 use crate::world::{BackendError, Flow};
 use runs::{LEVEL_OTHERWISE, Model};
+use tolerances::{FINALISTS, PATIENCE, ROUNDS, WORTH};
 use trial::{Release, Trial};
-
-/// Most rounds, and how many in a row that find nothing better are the last.
-const ROUNDS: u32 = 6;
-const PATIENCE: u32 = 2;
-
-/// So many of the cheapest copies and mixtures of a round are looked at as a whole.
-const FINALISTS: usize = 8;
-
-/// Less than this is no gain, rad or so many times 17 cm.
-const WORTH: f64 = 0.05;
 
 /// Poses of all objects.
 type Layout = Vec<scene::Pose>;

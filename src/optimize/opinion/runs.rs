@@ -1,29 +1,12 @@
 //! The runs in which a layout is let go: with the parts that the result names and with others, level and on slopes.
 
 use super::Layout;
+use super::tolerances::{MOVES, MOVES_OTHERWISE, MOVES_OTHERWISE_ON_SLOPE, ON_SLOPE_SECONDS, SLIPPERY, SLOPE};
 use crate::optimize::{config::VerifySettings, groups::Group, rig::Rig, run::Run};
 use crate::world::{BodyDef, SimSettings, World};
 use glam::Vec2;
 use rayon::prelude::*;
 use std::sync::Arc;
-
-/// How steep the slopes are, rad (1.1°): other engines push what touches apart by tenths of a millimetre, and what stands on
-/// less than that falls there.
-const SLOPE: f32 = 0.02;
-
-/// How long things are let go on slopes, at most, s: what rolls does so at once, and time is what these runs cost.
-const ON_SLOPE_SECONDS: f32 = 2.0;
-
-/// Share of the friction that is left on them: what leans with all of it creeps in engines whose friction gives way.
-const SLIPPERY: f32 = 0.7;
-
-/// What an object costs that moves, with the parts that the result names and with others, which may be at fault themselves: rad,
-/// or so many times 17 cm.
-const MOVES: f64 = 3.0;
-const MOVES_OTHERWISE: f64 = 2.0;
-
-/// And one that moves with others on one of the slopes: all eight of these runs count as much as one of those.
-const MOVES_OTHERWISE_ON_SLOPE: f64 = 0.25;
 
 /// Where the runs begin in which a race goes on: V-HACD's parts overlap and are many, and each of their runs takes as long as
 /// ten others.

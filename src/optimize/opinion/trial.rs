@@ -1,43 +1,16 @@
 //! What a layout at rest costs: it is let go in all runs.
 
+use super::tolerances::{
+    CALM, FELL, JAMMED, JAMS, LEADERS, LEADERS_OF_ONE, LEANING, LEVELS_APART, LOST, ON_ANOTHER_LEVEL,
+};
 use super::{
     Layout, Opinions,
     runs::{LAPS, Model},
 };
-use crate::optimize::{
-    finish::{FALLEN, angle},
-    run::Run,
-    settle::settle,
-    support,
-    verify::verify,
-};
+use crate::optimize::{posture::angle, run::Run, settle::settle, support, tolerances::FALLEN, verify::verify};
 use crate::scene;
 use crate::world::{BackendError, Pose};
 use rayon::prelude::*;
-
-/// What an object costs that has lost its support, that has fallen over, and that has come to another level: rad, or so many
-/// times 17 cm.
-const LOST: f64 = 10.0;
-const FELL: f64 = 5.0;
-const ON_ANOTHER_LEVEL: f64 = 8.0;
-
-/// What is so much higher or lower than it was set onto its support is on another level, m: what other parts push off the
-/// board of a shelf finds rest on the next one.
-const LEVELS_APART: f64 = 0.1;
-
-/// What moves by more than this share of what the check allows counts as moving: other engines differ by as much.
-const CALM: f64 = 0.5;
-
-/// What is deeper than this in another at rest is jammed, m: parts of meshes that only touch overlap by less. And its cost.
-const JAMMED: f32 = 2e-3;
-const JAMS: f64 = 3.0;
-
-/// An object turned by more than this from how it was set onto its support leans on something, or has fallen, rad (15°).
-const LEANING: f64 = 0.26;
-
-/// In a race these lead: the cheapest trials, and for each object that fails those in which it costs least.
-const LEADERS: usize = 8;
-const LEADERS_OF_ONE: usize = 2;
 
 /// A layout at rest, and what the runs make of it.
 pub(super) struct Trial {

@@ -13,7 +13,7 @@ mod solve;
 mod tolerances;
 mod unit;
 
-use super::groups::{Group, moving_along, subtree};
+use super::groups::{Group, is_on_firm_ground, moving_along};
 use super::rig::Rig;
 use crate::scene::{Parent, Pose, Relation, Scene};
 use crate::shape::Shape;
@@ -127,11 +127,7 @@ fn stages(scene: &Scene, scope: Scope) -> Vec<Vec<(Vec<usize>, bool)>> {
                 .filter(|stage| stage.len() > 1)
                 .collect();
             let units = (0..scene.objects.len()).filter_map(|object| {
-                let stands_still = match scene.objects[object].parent {
-                    Parent::Root(_) => true,
-                    Parent::Object(parent) => scene.is_static(parent),
-                };
-                match (scene.is_static(object), stands_still) {
+                match (scene.is_static(object), is_on_firm_ground(scene, object)) {
                     (true, _) => Some((vec![object], false)),
                     (false, true) => Some((moving_along(scene, object), free(&object))),
                     (false, false) => None,
@@ -158,5 +154,5 @@ fn stays(scene: &Scene, mut object: usize) -> bool {
 
 /// An object and what lies inside it, at any depth.
 fn with_nested(scene: &Scene, root: usize) -> Vec<usize> {
-    subtree(scene, root, |child| is_nested(scene, child) && !scene.is_static(child))
+    scene.subtree(root, |child| is_nested(scene, child) && !scene.is_static(child))
 }

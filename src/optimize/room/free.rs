@@ -1,8 +1,9 @@
 //! The nearest free place of something on its wall or ceiling, on convex parts: those cover the meshes, are solid, and are
 //! what the simulation will push apart.
 
-use super::tolerances::{CLEARANCE, CONTACT, DIRECTIONS, MAX_INSIDE, MAX_OFF, SLIDES, TOUCHES};
+use super::tolerances::{CLEARANCE, CONTACT, ITS_OWN, LEVEL, MAX_INSIDE, MAX_OFF, SLIDES, TOUCHES};
 use super::{Form, Room};
+use crate::optimize::directions::directions;
 use crate::optimize::rig::Rig;
 use crate::optimize::sweep::overlap_interval;
 use crate::scene::Pose;
@@ -10,7 +11,6 @@ use glam::{DVec3, Vec3};
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::Pose as Isometry;
 use parry3d::shape::Shape;
-use std::f64::consts::TAU;
 
 /// Where objects are, for looking from one at the others.
 pub(super) struct Space<'a> {
@@ -43,10 +43,7 @@ impl<'a> Space<'a> {
             return Place::Touching(normal * distance);
         }
         let [sideways, up] = self.room.sides[side].along();
-        let directions = (0..DIRECTIONS).map(|i| {
-            let (sin, cos) = (TAU * i as f64 / DIRECTIONS as f64).sin_cos();
-            sideways * cos + up * sin
-        });
+        let directions = directions().map(|along| sideways * along.x + up * along.z);
         for reach in SLIDES {
             let slides = directions.clone().filter_map(|direction| {
                 let distance = self.first_free(side, moving, others, layout, direction, reach)?;
@@ -128,13 +125,13 @@ impl<'a> Space<'a> {
         let level = [(ground, DVec3::Y), (ceiling - top, DVec3::NEG_Y)];
         let level = level.into_iter().filter(|(gap, normal)| {
             // The gap to its own surface is none of these.
-            fits && gap.is_finite() && self.room.sides[side].normal.dot(*normal).abs() < 0.99
+            fits && gap.is_finite() && self.room.sides[side].normal.dot(*normal).abs() < ITS_OWN
         });
         let bound = |(gap, normal): (f64, DVec3)| {
             let (along, spare) = (direction.dot(normal), gap - CONTACT);
             match along {
-                _ if along > 1e-6 => [f64::NEG_INFINITY, -spare / along],
-                _ if along < -1e-6 => [-spare / along, f64::INFINITY],
+                _ if along > LEVEL => [f64::NEG_INFINITY, -spare / along],
+                _ if along < -LEVEL => [-spare / along, f64::INFINITY],
                 _ if spare < -CONTACT => [f64::NEG_INFINITY, f64::INFINITY],
                 _ => [f64::NEG_INFINITY; 2],
             }

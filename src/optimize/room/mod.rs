@@ -14,7 +14,7 @@ mod tolerances;
 pub(super) use place::Placer;
 pub(super) use tolerances::{CONTACT, LEANING, TOUCHES};
 
-use super::upright::{lean, up_axis};
+use super::posture::{lean, up_axis};
 use crate::scene::{Parent, Pose, Relation, Root, Scene};
 use crate::shape::Shape;
 use crate::world::{self, BodyDef, STATIC};
@@ -131,7 +131,7 @@ impl Form {
 }
 
 fn posed(points: &[DVec3], pose: Pose) -> impl Iterator<Item = DVec3> {
-    points.iter().map(move |p| pose.translation + pose.rotation * *p)
+    points.iter().map(move |p| pose.point(*p))
 }
 
 fn bounds(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {

@@ -1,6 +1,7 @@
 //! The outline of an object seen from above: which way its sides look, and the rectangle around it.
 
 use super::tolerances::{FLAT, MAX_YAW, SAME_SIDE};
+use crate::shape::convex_polygon;
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -30,7 +31,7 @@ struct Side {
 
 impl Outline {
     pub fn new(points: impl Iterator<Item = DVec3>) -> Self {
-        let corners = convex(points.map(|p| p.xz()).collect());
+        let corners = convex_polygon(points.map(|p| p.xz()).collect());
         let center = corners.iter().sum::<DVec2>() / corners.len().max(1) as f64;
         Self { corners, center }
     }
@@ -96,31 +97,6 @@ pub(super) fn yaw(direction: DVec2) -> f64 {
 /// An angle brought into [−period / 2, period / 2), rad.
 pub(super) fn wrapped(angle: f64, period: f64) -> f64 {
     (angle + 0.5 * period).rem_euclid(period) - 0.5 * period
-}
-
-/// The corners of the convex hull in order (Andrew's monotone chain).
-fn convex(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    if points.len() < 3 {
-        return points;
-    }
-    let chain = |points: &mut dyn Iterator<Item = &DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
-        for &p in points {
-            while let [.., a, b] = chain[..]
-                && (b - a).perp_dot(p - b) <= 0.0
-            {
-                chain.pop();
-            }
-            chain.push(p);
-        }
-        chain.pop();
-        chain
-    };
-    let mut hull = chain(&mut points.iter());
-    hull.extend(chain(&mut points.iter().rev()));
-    hull
 }
 
 #[cfg(test)]

@@ -5,9 +5,9 @@ use super::free::{Place, Space};
 use super::outline::{Outline, wrapped, yaw};
 use super::tolerances::{CONTACT, FAR, HORIZONTAL, MAX_INSIDE, MAX_LEAN, MAX_PULL, MAX_YAW, PLUMB, THERE, TOUCHES};
 use super::{Form, Placement, Room, hangs_on, stands};
-use crate::optimize::groups::{carry, subtree};
+use crate::optimize::groups::carry;
+use crate::optimize::posture::{lean, upright};
 use crate::optimize::rig::Rig;
-use crate::optimize::upright::{lean, upright};
 use crate::scene::{Parent, Pose, Root, Scene};
 use glam::{DQuat, DVec3, Vec3Swizzles};
 use std::f64::consts::PI;
@@ -24,9 +24,7 @@ impl Placer<'_> {
     /// Puts what stands at a wall against it, but for the `leaning` which already are, and everything that reaches through
     /// a wall inside, each with what it bears.
     pub fn furnish(&self, leaning: &[usize], layout: &mut [Pose], placements: &mut [Option<Placement>]) {
-        let mut bearers_first = self.scene.post_order();
-        bearers_first.reverse();
-        for object in bearers_first {
+        for object in self.scene.bearers_first() {
             if !stands(self.scene, object) {
                 continue;
             }
@@ -182,7 +180,7 @@ impl Placer<'_> {
 
     /// An object and everything on it that rides along.
     fn riders(&self, object: usize) -> Vec<usize> {
-        subtree(self.scene, object, |child| self.scene.objects[child].movable)
+        self.scene.subtree(object, |child| self.scene.objects[child].movable)
     }
 
     /// Measures what has become of the placements in the result. Returns what the user should know of it.

@@ -34,9 +34,6 @@ pub(super) const FLAT: f64 = 0.12;
 /// An axis of a mesh is horizontal if its vertical share is less than this (sine of 11°).
 pub(super) const HORIZONTAL: f64 = 0.2;
 
-/// Directions along a wall or ceiling in which a free place is looked for.
-pub(super) const DIRECTIONS: usize = 16;
-
 /// How far along a wall or ceiling it is looked for, m, nearby first.
 pub(super) const SLIDES: [f32; 2] = [0.3, 1.5];
 
@@ -86,3 +83,9 @@ pub(super) const TOWARDS: f64 = 0.7;
 
 /// … and belongs to another wall only if it would be so much nearer, m.
 pub(super) const ASTRAY: f64 = 10.0;
+
+/// Ground or ceiling whose normal is nearer to that of an object's own surface than this (cosine) is that surface.
+pub(super) const ITS_OWN: f64 = 0.99;
+
+/// A shift runs along a surface if its share of the normal is smaller than this.
+pub(super) const LEVEL: f64 = 1e-6;

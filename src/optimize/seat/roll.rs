@@ -1,29 +1,12 @@
 //! What rolls is set down in the pose of rest that is nearest to its reconstruction: a pear that is let go comes to lie
 //! anywhere, often on its other side.
 
-use super::edge::directions;
-use super::finish::{FALLEN, angle};
-use super::seat::{MAX_SLIDE, Rest, Seat};
+use super::tolerances::{APART, MAX_SLIDE, NEAREST, NUDGE, TILTS, UNSTEADY};
+use super::{Rest, Seat};
+use crate::optimize::{directions::directions, posture::angle, tolerances::FALLEN};
 use crate::scene;
 use crate::world::BackendError;
 use glam::{DQuat, DVec3};
-
-/// How far the object is tilted to all sides before it is let go, rad.
-const TILTS: [f64; 5] = [0.05, 0.1, 0.2, 0.3, 0.45];
-
-/// Poses nearer to each other than this are one, rad.
-const APART: f64 = 0.04;
-
-/// How many of the nearest poses of rest are looked at.
-const NEAREST: usize = 12;
-
-/// The tilt, to four sides, from which an object shall come back, rad (1.1°): other engines and other decompositions have
-/// such errors.
-const NUDGE: f64 = 0.02;
-
-/// What a radian costs that it ends away from there, on average over all decompositions, in radians from the
-/// reconstruction.
-const UNSTEADY: f64 = 3.0;
 
 impl Seat<'_> {
     /// Turns an object, with everything on it, to the pose of rest on its parent that is near to its own and that it keeps

@@ -9,11 +9,16 @@
 //! set onto it, when at last it falls level. What falls over alone is tried once more upright, or against its wall if the
 //! scene says that it stands at one; what rolls is set down in the nearest pose in which it stays (`roll`).
 
+mod edge;
+mod roll;
+mod shared;
+mod tolerances;
+mod upright;
+
 use super::config::SettleSettings;
-use super::edge::{DISTANCES, directions};
 use super::room::{self, CONTACT, Form, LEANING, Room};
 use super::sweep::overlap_interval;
-use super::upright::{LEAN, lean};
+use super::{directions::directions, posture::lean, tolerances::LEAN};
 use super::{groups::carry, rig::Rig, settle::settle};
 use crate::scene::{self, Object, Parent, Relation, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
@@ -21,19 +26,7 @@ use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, Wo
 use glam::Vec3;
 use parry3d::math::Pose as Isometry;
 use parry3d::shape::ConvexPolyhedron;
-
-/// An object is not shifted farther than this onto another, m: what is farther off is not a wrong height but a wrong parent.
-const MAX_SHIFT: f32 = 0.2;
-
-/// The footprint that looks for support is so much narrower than the object: a book that leans into a wall of the shelf
-/// still stands on the board.
-const FOOTPRINT: f32 = 0.8;
-
-/// An object inside another that has to be raised by more than this is looked for a place beside, m.
-const SUNK: f32 = 0.01;
-
-/// So much longer a way counts up or down than sideways: reconstructions err less in heights.
-const STEEP: f64 = 2.0;
+use tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, MAX_SLIDE, MAX_TURN, REST_SECONDS, STEEP, SUNK};
 
 /// Parts of one object in world coordinates.
 struct Solid {
@@ -53,15 +46,6 @@ impl Solid {
         Self { parts: rig.parts.iter().filter_map(hull).collect() }
     }
 }
-
-/// Longest time that an object alone is given to come to rest, s.
-const REST_SECONDS: f32 = 2.0;
-
-/// An object that turns farther than this when left alone (about 11°) falls rather than rests, rad: it keeps its pose.
-const MAX_TURN: f32 = 0.2;
-
-/// An object that slides farther than this when left alone keeps its pose, m.
-pub(super) const MAX_SLIDE: f32 = 0.05;
 
 /// Where an object left alone on its parent ends, and how far from where it was left.
 pub(super) struct Rest {

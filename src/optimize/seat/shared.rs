@@ -1,22 +1,11 @@
 //! What its parent alone does not hold: a board on two trestles, a broom that leans on a wardrobe. A scene names one bearer;
 //! the others are found here, and bear wherever the object is simulated apart from the rest of the scene.
 
-use super::groups::subtree;
-use super::room::LEANING;
-use super::seat::{Rest, Seat};
-use super::support::Placed;
-use super::upright::lean;
+use super::tolerances::{BESIDE, STEADY, STEP};
+use super::{Rest, Seat};
+use crate::optimize::{posture::lean, room::LEANING, support::Placed};
 use crate::scene::{self, Parent};
 use crate::world::{BackendError, BodyDef, STATIC};
-
-/// Something bears an object, too, if it is at most so much higher or lower than where that stands on its parent, m.
-const STEP: f32 = 0.05;
-
-/// An object leans on what is within this of its box, m …
-const BESIDE: f64 = 0.05;
-
-/// … if it turns by less than this until it rests there, rad: what leans by chance is to be set upright.
-const STEADY: f32 = 0.05;
 
 impl Seat<'_> {
     /// Lets an object that does not stay on its parent come to rest with what else is below it held, too, or, if it leans on
@@ -29,7 +18,7 @@ impl Seat<'_> {
         layout: &mut [scene::Pose],
     ) -> Result<Option<Vec<usize>>, BackendError> {
         let on_ground = matches!(self.scene.objects[object].parent, Parent::Root(_));
-        let mut kin = subtree(self.scene, object, |_| true);
+        let mut kin = self.scene.subtree(object, |_| true);
         let mut bearer = self.scene.objects[object].parent;
         while let Parent::Object(ancestor) = bearer {
             kin.push(ancestor);

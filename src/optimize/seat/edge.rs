@@ -1,30 +1,12 @@
 //! What falls off its support is moved inwards, as little as need be: reconstructions put cups and fruit beyond the edge of
 //! the table that they stand on.
 
-use super::seat::{Rest, Seat};
-use super::support::Placed;
+use super::tolerances::{DISTANCES, MARGIN, STEPS, WIDE_SHARE, WIDEST};
+use super::{Rest, Seat};
+use crate::optimize::{directions::directions, support::Placed};
 use crate::scene::{self, Parent};
 use crate::world::BackendError;
 use glam::DVec3;
-use std::f64::consts::TAU;
-
-/// Distances that are tried, one after the other, m. What is farther off than the last is not at an edge: it has a wrong
-/// parent.
-pub(super) const DISTANCES: [f64; 8] = [0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2];
-
-/// Directions that are tried.
-const DIRECTIONS: u32 = 16;
-
-/// An object that stays shall also stay when it is put so much farther to any side, m: it is not to stand on the very edge.
-const MARGIN: f64 = 0.01;
-
-/// Where there is room, by this share of its width, and at most so much, m: other decompositions have the centre of mass of a
-/// microwave oven 3 cm farther to one side.
-const WIDE_SHARE: f64 = 0.1;
-const WIDEST: f64 = 0.03;
-
-/// Shares of a margin that are tried outwards, to see how far an object is from falling.
-const STEPS: [f64; 3] = [0.25, 0.5, 0.75];
 
 impl Seat<'_> {
     /// True if an object that came to rest so still stands on its parent object; also if it has none.
@@ -122,12 +104,4 @@ impl Seat<'_> {
         };
         Ok(places.into_iter().zip(rests).map(stays).collect())
     }
-}
-
-/// Horizontal unit vectors all round.
-pub(super) fn directions() -> impl Iterator<Item = DVec3> {
-    (0..DIRECTIONS).map(|i| {
-        let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
-        DVec3::new(cos, 0.0, sin)
-    })
 }
