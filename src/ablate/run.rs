@@ -64,8 +64,9 @@ pub struct Measured {
     pub f_score: Option<f64>,
 }
 
-/// Names a run by everything that its result depends on: equal for equal runs, whatever they are called.
-pub fn identity(subject: &Subject, variant: Variant, config: &Config, seed: u64) -> String {
+/// Names a run by everything that its result depends on: equal for equal runs, whatever they are called. `program` stands for
+/// the program and what it computes on.
+pub fn identity(subject: &Subject, variant: Variant, config: &Config, seed: u64, program: &str) -> String {
     let mut hasher = blake3::Hasher::new();
     let (stage, config, what) = match variant {
         Variant::Standing { canonical, tree } => {
@@ -75,7 +76,7 @@ pub fn identity(subject: &Subject, variant: Variant, config: &Config, seed: u64)
         Variant::Searched(change) => (&subject.canonical, change.apply(config), format!("searched {seed}")),
         Variant::Projected(scope) => (&subject.canonical, config.clone(), format!("projected {scope:?}")),
     };
-    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
+    hasher.update(program.as_bytes());
     hasher.update(what.as_bytes());
     hasher.update(optimize::identity(&stage.scene, &stage.shapes, &config).as_bytes());
     let (reference, meshes) = match &subject.reference {

@@ -88,9 +88,6 @@ pub struct Paper {
 }
 
 impl Table {
-    /// All of them, in the paper's order.
-    pub const ALL: [Self; 3] = [Self::Structure, Self::Energy, Self::Elites];
-
     /// Its name on the command line.
     pub const fn name(self) -> &'static str {
         match self {

@@ -16,10 +16,12 @@ const PATIENCE: f64 = 3.0;
 
 /// Candidates a second, of two backends with so many candidates at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs)]
 pub struct Speed {
+    /// How many at a time.
     pub candidates: u32,
+    /// Of the card, 1/s.
     pub card: f64,
+    /// Of the processor, 1/s.
     pub processor: f64,
 }
 

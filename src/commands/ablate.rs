@@ -92,7 +92,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     say(format_args!("configuration: {described} (the paper's whole budget is --config paper, and takes hours)"));
 
     let tables: Vec<Table> = args.tables.iter().map(|&name| name.into()).collect();
-    let bench = Bench { subjects: &subjects, config: &config, seed: args.seed, backend: backend.as_ref() };
+    let program = format!("{} {}", program()?, backend.arithmetic());
+    let bench = Bench { subjects: &subjects, config: &config, seed: args.seed, backend: backend.as_ref(), program };
     let finished = bench.run_all(&tables, &Store::new(&args.output.join("runs")))?;
     let document = Ablation::new(
         described,
@@ -109,6 +110,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     print_result(args.json, &document, &document)?;
     say(format_args!("result: {}", args.output.display()));
     Ok(())
+}
+
+/// A hash of this program: a change of the simulator or the search makes other results of the same scene.
+fn program() -> Result<String, Failure> {
+    let bytes = std::env::current_exe().and_then(std::fs::read);
+    let bytes = bytes.map_err(|error| Failure::Other(format!("the program's own file cannot be read: {error}")))?;
+    Ok(blake3::hash(&bytes).to_hex().to_string())
 }
 
 fn describe(args: &Args) -> String {
@@ -147,11 +155,13 @@ struct Bench<'a> {
     config: &'a Config,
     seed: u64,
     backend: &'a dyn Backend,
+    /// What `ablate::identity` knows it by.
+    program: String,
 }
 
 impl Bench<'_> {
     fn identity(&self, subject: &Subject, row: &Row) -> String {
-        ablate::identity(subject, row.variant, self.config, self.seed)
+        ablate::identity(subject, row.variant, self.config, self.seed, &self.program)
     }
 
     /// Carries out what the store does not have, scene by scene, and keeps it there.

@@ -159,7 +159,7 @@ impl BroadPhase {
         [below(0, b), below(1, a)]
     }
 
-    /// Lists overlapping hull pairs in the order of `World::pairs`. `extra` widens every margin (m). Counts on past
+    /// Lists overlapping hull pairs in the order of `World::pairs`. Those count that are within `margin` of each other, m. Counts on past
     /// `capacity` without storing, so that the caller can grow and call again.
     pub fn pairs(
         &self,

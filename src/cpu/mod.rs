@@ -1,4 +1,4 @@
-//! The CPU backend: one file per kernel, named as the shaders will be; candidates in parallel over all cores.
+//! The CPU backend: one file per kernel, named as its shader; candidates in parallel over all cores.
 
 pub mod best;
 pub mod broad_phase;
@@ -39,6 +39,10 @@ pub struct CpuBackend;
 impl Backend for CpuBackend {
     fn describe(&self) -> String {
         format!("CPU, {} threads", rayon::current_num_threads())
+    }
+
+    fn arithmetic(&self) -> String {
+        "CPU".into()
     }
 
     fn narrow_phases(&self) -> &'static [NarrowPhase] {

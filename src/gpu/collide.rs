@@ -12,10 +12,10 @@ use super::tables::Tables;
 use crate::world::{SimSettings, World};
 
 /// Buffers of collision detection, candidate-major. `slots` is `Capacities::hull_pairs`.
-#[allow(missing_docs)]
 pub struct Collide {
-    /// `[candidates][hulls]` and `[candidates][bodies]`
+    /// `[candidates][hulls]`
     pub hull_boxes: Buffer<Bounds>,
+    /// `[candidates][bodies]`
     pub body_boxes: Buffer<Bounds>,
     /// `[candidates][bodies]`
     pub marks: Buffer<Mark>,
@@ -38,12 +38,16 @@ pub struct Collide {
 
 /// The buffers that the simulation moves on.
 #[derive(Clone, Copy)]
-#[allow(missing_docs)]
 pub struct Motion<'a> {
+    /// Sizes of the tables.
     pub batch: &'a Buffer<Batch>,
+    /// `[bodies]`
     pub bodies: &'a Buffer<Body>,
+    /// `[candidates][bodies]`
     pub poses: &'a Buffer<Pose>,
+    /// `[candidates][bodies]`
     pub velocities: &'a Buffer<Velocity>,
+    /// Bits of `world::Status`, `[candidates]`.
     pub statuses: &'a Buffer<u32>,
 }
 

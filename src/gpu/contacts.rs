@@ -14,16 +14,20 @@ use crate::world::World;
 use crate::world::constants::MAX_MANIFOLD_POINTS;
 
 /// What is known before: the state of the bodies and what the search for axes found.
-#[allow(missing_docs)]
 pub struct Inputs<'a> {
+    /// Sizes of the tables.
     pub batch: &'a Buffer<Batch>,
+    /// `[bodies]`
     pub bodies: &'a Buffer<Body>,
+    /// `[candidates][bodies]`
     pub poses: &'a Buffer<Pose>,
+    /// `[candidates][bodies]`
     pub velocities: &'a Buffer<Velocity>,
     /// Each body's share of the distance within which contacts are made, `[candidates][bodies]`.
     pub body_boxes: &'a Buffer<Bounds>,
-    /// By parity, `[candidates][capacity]` and `[candidates][pairs + 1]`.
+    /// By parity, `[candidates][capacity]`.
     pub hull_pairs: [&'a Buffer<HullPair>; 2],
+    /// By parity, `[candidates][pairs + 1]`: where a body pair's hull pairs begin.
     pub pair_starts: [&'a Buffer<u32>; 2],
     /// `[candidates][capacity]`
     pub separations: &'a Buffer<Separation>,
@@ -33,11 +37,12 @@ pub struct Inputs<'a> {
 
 /// Contacts of all candidates. An *entry* of a candidate is a body pair or, past the pairs, a body and the ground; a
 /// *slot* is a hull pair or, past their capacity, a hull and the ground.
-#[allow(missing_docs)]
 pub struct Contacts {
-    /// By parity, `[candidates][capacity]`; patches and points in use, by candidate.
+    /// By parity, `[candidates][capacity]`.
     pub patches: [Buffer<Patch>; 2],
+    /// The same of points.
     pub points: [Buffer<Contact>; 2],
+    /// Patches and points in use, by parity, `[candidates]`.
     pub patch_counts: [Buffer<u32>; 2],
     /// Points that there would be with enough room, `[candidates]`.
     pub point_counts: Buffer<u32>,
@@ -45,11 +50,13 @@ pub struct Contacts {
     pub hull_bodies: Buffer<u32>,
     /// `[candidates][capacity of hull pairs]`
     pub facings: Buffer<Facing>,
-    /// `[candidates][slots]`, and as many times `MAX_MANIFOLD_POINTS`.
+    /// `[candidates][slots]`
     pub manifolds: Buffer<Manifold>,
+    /// `[candidates][slots][MAX_MANIFOLD_POINTS]`
     pub manifold_points: Buffer<ManifoldPoint>,
-    /// `[candidates][entries]`, and numbers of points, `[candidates][slots][MAX_MANIFOLD_POINTS]`.
+    /// `[candidates][entries]`
     pub merged: Buffer<Merged>,
+    /// Numbers of points, `[candidates][slots][MAX_MANIFOLD_POINTS]`.
     pub merged_points: Buffer<u32>,
     /// First patch and first point of each entry, by parity, `[candidates][entries]`.
     pub starts: [Buffer<[u32; 2]>; 2],

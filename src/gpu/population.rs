@@ -12,48 +12,62 @@ use super::simulation::State;
 use crate::world::{Distribution, SearchSettings, Stream, World};
 
 /// The candidates of a search. Tables of all candidates are candidate-major.
-#[allow(missing_docs)]
 pub struct Population {
-    /// The same in every iteration.
+    /// Sizes of the tables; like all that follows up to `reference` the same in every iteration.
     pub batch: Buffer<Batch>,
+    /// What the terms of the energy weigh.
     pub weights: Buffer<Weights>,
+    /// How the distribution follows its elites.
     pub update: Buffer<Update>,
-    /// The same in every candidate: `[bodies]`, `[units]`.
+    /// `[bodies]`
     pub bodies: Buffer<Body>,
+    /// `[units]`
     pub units: Buffer<Unit>,
+    /// Where the bodies are without an adjustment, `[bodies]`.
     pub start: Buffer<Pose>,
+    /// What the layout term compares with, `[bodies]`.
     pub reference: Buffer<Pose>,
-    /// The search: `[dimensions]`.
+    /// Which numbers are drawn, one.
     pub draw: Buffer<Draw>,
+    /// Mean of the distribution, `[dimensions]`, m and rad.
     pub mean: Buffer<f32>,
+    /// Its standard deviation, `[dimensions]`, m and rad.
     pub std: Buffer<f32>,
+    /// What that does not fall below, `[dimensions]`, m and rad.
     pub floors: Buffer<f32>,
     /// `[candidates + 1][dimensions]`; the last row is the winner's.
     pub deltas: Buffer<f32>,
     /// Poses at placement, `[candidates][bodies]`.
     pub placed: Buffer<Pose>,
-    /// What the simulation moves, `[candidates][bodies]`: at first as placed and at rest.
+    /// What the simulation moves, `[candidates][bodies]`: at first as placed.
     pub poses: Buffer<Pose>,
+    /// `[candidates][bodies]`: at first at rest.
     pub velocities: Buffer<Velocity>,
-    /// What the simulation records: velocities of step τ, `[candidates][bodies]`, deepest overlaps, `[candidates][pairs]`,
-    /// and bits of `world::Status`, `[candidates]`.
+    /// Velocities of step τ, `[candidates][bodies]`.
     pub snapshot: Buffer<Velocity>,
+    /// Deepest overlaps at placement, `[candidates][pairs]`, m.
     pub depths_placed: Buffer<f32>,
+    /// The same at the end.
     pub depths_settled: Buffer<f32>,
+    /// Bits of `world::Status`, `[candidates]`.
     pub statuses: Buffer<u32>,
     /// `[candidates]`
     pub energies: Buffer<Energy>,
     /// Scratch of the sort, `[candidates rounded up to a power of two]`.
     pub keys: Buffer<[u32; 2]>,
-    /// Candidates by rank, `[candidates]`, and how many of the first are usable elites.
+    /// Candidates by rank, `[candidates]`.
     pub order: Buffer<u32>,
+    /// How many of the first are usable elites, one.
     pub usable: Buffer<u32>,
-    /// Rows of `deltas` that the distribution follows, and their number.
+    /// Rows of `deltas` that the distribution follows.
     pub elites: Buffer<u32>,
+    /// Their number, one.
     pub count: Buffer<u32>,
+    /// The best candidate so far, one.
     pub winner: Buffer<Winner>,
-    /// What the host reads of an iteration.
+    /// What the host reads of a simulation, one.
     pub flags: Buffer<Flags>,
+    /// What the host reads of an iteration, one.
     pub stats: Buffer<Stats>,
     drawing: [Step; 2],
     flagging: Step,

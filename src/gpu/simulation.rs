@@ -83,17 +83,20 @@ pub fn grown(now: Capacities, first: Capacities, faults: Status) -> Option<Capac
 }
 
 /// What a simulation moves. Tables are candidate-major.
-#[allow(missing_docs)]
 pub struct State {
+    /// Sizes of the tables.
     pub batch: Buffer<Batch>,
+    /// `[bodies]`
     pub bodies: Buffer<Body>,
     /// `[candidates][bodies]`
     pub poses: Buffer<Pose>,
+    /// `[candidates][bodies]`
     pub velocities: Buffer<Velocity>,
     /// Velocities of step τ, `[candidates][bodies]`
     pub snapshot: Buffer<Velocity>,
-    /// Deepest overlaps at placement and at the end, `[candidates][pairs]`, m.
+    /// Deepest overlaps at placement, `[candidates][pairs]`, m.
     pub depths_placed: Buffer<f32>,
+    /// The same at the end.
     pub depths_settled: Buffer<f32>,
     /// Bits of `world::Status`, `[candidates]`
     pub statuses: Buffer<u32>,
@@ -123,9 +126,9 @@ pub struct Simulation {
     pub state: State,
     /// Its parts, in the order in which they work.
     pub collide: Collide,
-    #[allow(missing_docs)]
+    /// Contacts, found anew or carried over.
     pub contacts: Contacts,
-    #[allow(missing_docs)]
+    /// What turns them into motion.
     pub solver: Solver,
     steps: u32,
     substeps: u32,

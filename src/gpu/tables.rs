@@ -7,18 +7,24 @@ use crate::world::{SimSettings, World};
 use glam::Vec4;
 
 /// `World` on the device.
-#[allow(missing_docs)]
 pub struct Tables {
+    /// How it is simulated, one.
     pub sim: Buffer<Sim>,
     /// What is in `sim`.
     pub parameters: Sim,
+    /// `[hulls]`
     pub hulls: Buffer<Hull>,
+    /// Of all hulls, m.
     pub vertices: Buffer<Vec4>,
+    /// Of all hulls.
     pub faces: Buffer<Face>,
+    /// What faces refer to: indices of vertices.
     pub face_vertices: Buffer<u32>,
+    /// Of all hulls.
     pub edges: Buffer<Edge>,
-    /// One a face, and what they refer to.
+    /// One a face.
     pub outlines: Buffer<Outline>,
+    /// What outlines refer to.
     pub lines: Buffer<Vec4>,
     /// Bodies of each pair.
     pub pairs: Buffer<[u32; 2]>,

@@ -142,7 +142,7 @@ pub struct Timings {
     pub local: f64,
     /// Global stage.
     pub global: f64,
-    /// Settling.
+    /// Settling, and the second opinion.
     pub settle: f64,
     /// Parting of the meshes.
     pub exact: f64,
@@ -165,7 +165,7 @@ pub struct Outcome {
     pub finished: bool,
     /// Wall time.
     pub timings: Timings,
-    /// Time that settling took in the simulation, s, and whether it came to rest.
+    /// Time that settling took in the simulation, s.
     pub settled_after: f64,
     /// True if everything came to rest while settling.
     pub at_rest: bool,

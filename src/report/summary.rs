@@ -32,7 +32,7 @@ pub struct Summary {
     pub lost_support: Vec<String>,
     /// How many those are.
     pub support_violations: usize,
-    /// Farthest that the exact step moved an object, m, and how many it moved.
+    /// Farthest that the exact step moved an object, m.
     pub max_parted: f64,
     /// Objects that the exact step moved.
     pub parted: usize,

@@ -38,7 +38,7 @@ impl Hull {
         })
     }
 
-    /// The hull of at most `limit` of the points, those that are extreme in directions spread over the sphere.
+    /// The hull of those points that are extreme in one of the directions; of all if they are no more than these.
     pub fn coarse(points: &[Vec3], directions: &[Vec3]) -> Option<Self> {
         if points.len() <= directions.len() {
             return Self::new(points);

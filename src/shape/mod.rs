@@ -53,7 +53,6 @@ pub use obj::part_obj;
 pub use padding::PADDING;
 
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// Vertices farther from the mesh's origin than this lose millimetres to rounding, m.
@@ -118,8 +117,7 @@ pub struct ShapeRequest {
 }
 
 /// Parameters of the decomposition.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ShapeSettings {
     /// Cells of the grid on which free space is measured.
     pub cells: usize,

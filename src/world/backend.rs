@@ -31,6 +31,11 @@ pub trait Backend: Send + Sync {
     /// One line for the report: name and processor.
     fn describe(&self) -> String;
 
+    /// Equal for backends that give the same bits.
+    fn arithmetic(&self) -> String {
+        self.describe()
+    }
+
     /// Hull–hull algorithms that it can be asked for.
     fn narrow_phases(&self) -> &'static [NarrowPhase] {
         &[NarrowPhase::Twin]

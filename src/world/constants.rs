@@ -1,6 +1,7 @@
 //! Every tolerance and physical constant of the simulator, with its unit and what it does.
 
-/// Length below which two surfaces count as touching, m. Everything else that is a tolerance on lengths derives from it.
+/// Length below which the geometry of contacts tells nothing apart, m: the unit of the tolerances that are written as shares of
+/// it.
 pub const LINEAR_SLOP: f32 = 1e-4;
 
 /// Depth up to which two parts only touch and the energy counts no penetration, m (the paper is silent; see `EnergyWeights`).
@@ -15,7 +16,7 @@ pub const PRUNING_SHARE: f32 = 1e-3;
 /// Most vertices of a hull (the paper's limit).
 pub const MAX_HULL_VERTICES: usize = 64;
 
-/// Most corners of a face polygon that clipping works on; larger polygons are thinned, supports are not.
+/// Most corners of a face polygon that clipping works on; larger polygons are cut into several, supports are not.
 pub const MAX_FACE_VERTICES: usize = 16;
 
 /// Faces of a hull whose vertices lie within this distance of one plane are one polygon, m. Too small: manifolds of one

@@ -87,32 +87,34 @@ pub struct Moving {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Axes {
-    /// Columns of the matrix; and one for every axis of the body about which it may turn and keep its inertia about as it is
-    /// (`Body::round_axes`).
+    /// First column of the matrix.
     pub x: Vec3,
-    #[allow(missing_docs)]
+    /// One if the body may turn about this axis and keep its inertia about as it is (`Body::round_axes`), else zero.
     pub round_x: f32,
-    #[allow(missing_docs)]
+    /// Second column.
     pub y: Vec3,
-    #[allow(missing_docs)]
+    /// The same about y.
     pub round_y: f32,
-    #[allow(missing_docs)]
+    /// Third column.
     pub z: Vec3,
-    #[allow(missing_docs)]
+    /// The same about z.
     pub round_z: f32,
 }
 
 /// Motion of a body before the impulses of a small step; as in `Moving`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[allow(missing_docs)]
 pub struct Free {
+    /// m/s
     pub linear: Vec3,
     pad1: u32,
+    /// In the body's frame.
     pub spin: Vec3,
     pad2: u32,
+    /// m
     pub shift: Vec3,
     pad3: u32,
+    /// rad
     pub turn: Vec3,
     pad4: u32,
 }

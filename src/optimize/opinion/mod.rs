@@ -2,8 +2,8 @@
 //! engine.
 //!
 //! The settled layout is let go with all decompositions of its meshes, level and on slippery slopes that fall four ways. On
-//! these, and with V-HACD's parts, objects without a stated mass weigh as much as their parts are large: the mass of a
-//! category is a guess, and a lamp that only a heavy bowl holds falls elsewhere. What moves in any of these runs is searched
+//! slopes with the parts that the result names, and everywhere with V-HACD's, objects without a stated mass weigh as much as
+//! their parts are large: the mass of a category is a guess, and a lamp that only a heavy bowl holds falls elsewhere. What moves in any of these runs is searched
 //! once more, with a wider spread, and so is what leans or has lost its support. Copies of the layout have those objects
 //! shifted and turned at random, about where they are and about where they come to rest in one of the runs, or where there is
 //! room for them near the place at which they were set onto it. Each copy settles and is let go in the same way, and so are

@@ -219,8 +219,13 @@ impl Room {
                 self.sides[wall].leant_on = true;
             }
         }
-        let hung = (0..scene.objects.len()).any(|i| hangs_on(scene, i) == Some(Root::Wall));
-        self.sides.retain(|side| side.kind != Root::Wall || !side.fitted || side.bears || hung);
+        let hung = (0..scene.objects.len()).filter(|&i| hangs_on(scene, i) == Some(Root::Wall));
+        let hung_on: Vec<usize> = hung.filter_map(|i| self.nearest(Root::Wall, &forms[i], &layout[i])).collect();
+        let mut index = 0..;
+        self.sides.retain(|side| {
+            let is_hung_on = index.next().is_some_and(|index| hung_on.contains(&index));
+            side.kind != Root::Wall || !side.fitted || side.bears || is_hung_on
+        });
     }
 
     /// Static bodies for such walls that bear, around the objects of a layout.
