@@ -6,16 +6,8 @@
 
 use super::cluster::Cluster;
 use super::solid::Solid;
+use super::tolerances::bearing::{COLUMNS, STEEPEST, TOLERATED, WORTH};
 use glam::{Vec2, Vec3, Vec4};
-
-/// A part may stand above the surface by this much in nineteen of twenty places, m.
-const TOLERATED: f32 = 1e-3;
-/// Columns along the longer side of a piece at which that is measured.
-const COLUMNS: usize = 40;
-/// Cosine with the vertical of the steepest surface on which things rest (60°).
-const STEEPEST: f32 = 0.5;
-/// The pieces of one must stand above the surface by less than this share of what it does, by volume and depth.
-const WORTH: f32 = 0.8;
 
 /// A piece and how its hull stands above its surface.
 struct Cover {

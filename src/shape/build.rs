@@ -1,5 +1,7 @@
 //! Making shapes: read, decompose or take ready-made parts, weigh, measure, and keep the result.
 
+use super::tolerances::build::{ALTERNATIVE_PARTS, UNCOVERED, UP_SNAP};
+use super::tolerances::hull::MIN_THICKNESS;
 use super::voxels;
 use super::{
     Alternative, Cache, MAX_REACH, Mesh, Part, Quality, Shape, ShapeError, ShapeRequest, ShapeSettings,
@@ -23,13 +25,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
 const ALGORITHM: &str = "shape 43";
-/// Most parts of an `Alternative`.
-const ALTERNATIVE_PARTS: usize = 16;
-/// Parts that leave more of the mesh than this share of its size uncovered are worth a note.
-const UNCOVERED: f32 = 0.1;
-/// `up` within this cosine of an axis of the mesh means that axis: input poses are tilted, meshes seldom.
-const UP_SNAP: f32 = 0.8;
-
 /// What the cache holds of a shape: all but the mass, which depends on the category, and the alternatives, which have an entry
 /// of their own.
 #[derive(Clone, Serialize, Deserialize)]
@@ -241,8 +236,8 @@ impl<'a> Source<'a> {
             let along = Levels::new(triangles.iter().flatten().copied(), axis);
             along.high - along.low
         };
-        if axes.into_iter().any(|a| extent(a) < hull::MIN_THICKNESS) {
-            notes.push(format!("flat: thickened to {:.1} mm", 1e3 * hull::MIN_THICKNESS));
+        if axes.into_iter().any(|a| extent(a) < MIN_THICKNESS) {
+            notes.push(format!("flat: thickened to {:.1} mm", 1e3 * MIN_THICKNESS));
         }
         let quality = measure::measure(&hulls, triangles, solid, levels);
         let (low, high) = hull::bounds(triangles.as_flattened());

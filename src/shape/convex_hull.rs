@@ -1,17 +1,10 @@
 //! Convex hulls of points that may be very thin, or many of them in one plane.
 
+use super::tolerances::convex_hull::{OFF, OFF_SHAKEN, SHAKE, SHAKES};
 use glam::{DVec3, Vec3};
 use parry3d::shape::ConvexPolyhedron;
 use parry3d::transformation::try_convex_hull;
 
-/// A hull is wrong if its triangles are off by more than this share of its volume, or gape by more than this share of its
-/// surface; and a hull of points that were shaken by this share.
-const OFF: f64 = 1e-3;
-const OFF_SHAKEN: f64 = 1e-4;
-/// So far are points shaken, as a share of the largest coordinate: less than a hundredth of a millimetre for a table.
-const SHAKE: f64 = 4e-6;
-/// Ways in which they are shaken before that is given up: 98 of 100 hulls that it helps are right after three.
-const SHAKES: usize = 3;
 /// The fractional parts of the multiples of this are spread evenly over the unit cube (Roberts's R3 sequence).
 const SCATTER: DVec3 = DVec3::new(0.819_172_513_396_2, 0.671_043_606_703_8, 0.549_700_477_901_97);
 

@@ -8,30 +8,11 @@ use super::Part;
 use super::convex_hull::suits_parry;
 use super::hull::Hull;
 use super::split::clip;
+use super::tolerances::corners::{
+    ASIDE, BEYOND, CUTS, ENOUGH, FACING, LEAST, MOST, PIECES, SIDE, TRIES, VERTICES, WHOLE,
+};
 use glam::{Vec2, Vec3};
 use parry3d::shape::ConvexPolyhedron;
-
-/// Most corners of a face of which all engines make contacts.
-const MOST: usize = 4;
-/// A face is the one that bears if it lies that near to the direction (cosine, 11°).
-const FACING: f32 = 0.98;
-/// Four corners are enough if they hold this share of the outline …
-const ENOUGH: f32 = 0.8;
-/// … and those that are given up lie no farther aside of the four than this, m …
-const ASIDE: f32 = 6e-3;
-/// … nor reach beyond their plane by more than this, m.
-const BEYOND: f32 = 0.02e-3;
-/// So often is a part cut in two, and in so many ways is that tried: some cuts leave too little on one side.
-const CUTS: u32 = 3;
-const TRIES: usize = 8;
-/// A cut leaves this share of the outline on either side, if one does.
-const SIDE: f32 = 0.25;
-/// A part becomes no more pieces than this, and none has more vertices.
-const PIECES: usize = 8;
-const VERTICES: usize = 64;
-/// The halves of a part hold all of it but for this share, and each more than so much.
-const WHOLE: f32 = 1e-3;
-const LEAST: f32 = 0.02;
 
 /// The part as pieces whose faces `towards` these directions (unit vectors, the part's frame) have at most four corners, as
 /// far as three cuts in a row and eight pieces allow. The part itself where they have.

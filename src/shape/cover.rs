@@ -9,29 +9,10 @@ use super::cluster::Cluster;
 use super::hull::Hull;
 use super::reduce::{Levels, reduce};
 use super::solid::Solid;
+use super::tolerances::cover::{
+    BLIND_CUTS, FAR_OUT, GROWTH, HORIZONTAL, LEAST_GROWTH, MOST_GROWTH, ROUNDS, SHORT, SPIKE, SWEEPS, WORTH,
+};
 use glam::{Vec3, Vec4};
-
-/// A part may stand out beyond its full hull by this share of its diagonal before it is worth another part …
-const GROWTH: f32 = 0.01;
-/// … but not by less or more than this, m (what an object stands on by no more than the least: the bottom of a bowl is to
-/// be as round as it is), …
-const LEAST_GROWTH: f32 = 1e-3;
-const MOST_GROWTH: f32 = 1.5e-3;
-/// … and the two halves must stand out by less than this share of what the whole does, …
-const WORTH: f32 = 0.95;
-/// … unless that is more than so many times what it may: then the next cuts may do better, up to so many in a row.
-const FAR_OUT: f32 = 2.0;
-const BLIND_CUTS: u32 = 3;
-/// What a part falls short of its full hull in the end, m.
-const SHORT: f32 = 0.02e-3;
-/// Rounds of growing: a moved vertex tilts the faces around it, and the next round sees those.
-const ROUNDS: usize = 4;
-/// Sweeps over the faces around a vertex that look for its new place.
-const SWEEPS: usize = 32;
-/// A vertex moves at most so many times what its faces lack: the edge of a blade would grow a spike.
-const SPIKE: f32 = 4.0;
-/// Cosine with the vertical above which a face is horizontal (about 2.5°).
-const HORIZONTAL: f32 = 0.999;
 
 /// A piece and what its hull has become with the vertices that a part may have.
 struct Fitted {

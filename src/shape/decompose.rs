@@ -17,19 +17,8 @@ use super::reduce::Levels;
 use super::slim::slim;
 use super::solid::Solid;
 use super::split::{Piece, components, split};
+use super::tolerances::decompose::{CAKE_COMPONENTS, COMPARTMENT, CONVEX, SHARED};
 use glam::Vec3;
-
-/// A mesh whose hull has at most this share of free space is its own hull.
-const CONVEX: f32 = 0.005;
-/// Bulge of a compartment that is worth a part beyond the budget, in units of the bounding box's volume^(4/3): the bay
-/// of a shelf has twice that, the air between the legs of a table a quarter.
-const COMPARTMENT: f32 = 0.004;
-
-/// What parts share costs so many times what a layer over the whole hull does that holds as much.
-const SHARED: f32 = 4.0;
-
-/// Meshes of more connected components than this are not cut like a cake: they are no bowls.
-const CAKE_COMPONENTS: usize = 4;
 
 /// Convex parts of the triangles (scaled, m) whose hulls cover the surface: at most `budget`, or more where so few do not
 /// follow it, above all where things rest on it if it `bears` any.

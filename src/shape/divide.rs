@@ -4,10 +4,8 @@
 //! by a twentieth and lies on other facets.
 
 use super::hull::{Hull, plane_sides};
+use super::tolerances::divide::MOST_PIECES;
 use glam::Vec3;
-
-/// Most pieces of one hull.
-const MOST_PIECES: usize = 64;
 
 /// Pieces of `hull`, with at most so many vertices each as far as `MOST_PIECES` allow.
 pub(super) fn divide(hull: Hull, vertices: usize) -> Vec<Hull> {

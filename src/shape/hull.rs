@@ -5,14 +5,9 @@
 
 use super::convex_hull::{HullMesh, convex_hull, sound_hull};
 use super::eigen::symmetric_eigen;
+use super::tolerances::hull::{DENSE, MIN_THICKNESS};
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::{DMat3, DVec3, Vec3, Vec4};
-
-/// Least thickness of a part, m. Half of it lies on either side of a flat sheet: under a millimetre from the surface.
-pub(super) const MIN_THICKNESS: f32 = 1.9e-3;
-
-/// More points than this (each vertex about six times) are thinned before their hull is made.
-const DENSE: usize = 12_000;
 
 /// Vertices and outward triangles of the hull of points, if they have one.
 type Attempt = fn(&[Vec3]) -> Option<HullMesh>;

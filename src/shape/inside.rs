@@ -1,14 +1,8 @@
 //! Whether a point is inside a mesh, closed or not: generalized winding numbers.
 
+use super::tolerances::inside::{FAR, INSIDE, LEAF};
 use glam::DVec3;
 use std::f64::consts::TAU;
-
-/// A cluster of triangles this many times its radius away is seen as one dipole (Barill et al. 2018 use 2, with terms of higher order).
-const FAR: f64 = 3.0;
-/// Triangles that are not worth another level of the tree.
-const LEAF: usize = 8;
-/// Winding number beyond which a point is inside: half-way between outside and once around.
-const INSIDE: f64 = 0.5;
 
 /// A mesh that can be asked what is inside it.
 ///

@@ -3,10 +3,8 @@
 use super::Part;
 use super::eigen::symmetric_eigen;
 use super::hull::Hull;
+use super::tolerances::mass::ALIGNED;
 use glam::{DMat3, DVec3, Mat3, Quat, Vec3};
-
-/// Products of inertia below this share of the largest moment are noise: such a body keeps the mesh's axes.
-const ALIGNED: f64 = 1e-2;
 
 /// Mass and how it is spread.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,17 +3,11 @@
 use super::hull::Hull;
 use super::reduce::Levels;
 use super::solid::Solid;
+use super::tolerances::measure::{COVER_SAMPLES, FACE_SAMPLES, MAX_RATIO};
 use glam::Vec3;
 use parry3d::query::PointQuery;
 use parry3d::shape::TriMesh;
 use serde::{Deserialize, Serialize};
-
-/// Points on the parts' faces at which the bulge is measured.
-const FACE_SAMPLES: usize = 2000;
-/// At most so many mesh vertices are tested for being covered, besides all feet and tops.
-const COVER_SAMPLES: usize = 4000;
-/// Largest volume ratio that is reported: sheets have no volume to compare with.
-const MAX_RATIO: f32 = 1000.0;
 
 /// Distances between parts and mesh. Outward: parts beyond the mesh; uncovered: mesh beyond the union of the parts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -5,10 +5,8 @@
 use super::hull::{Hull, directions};
 use super::solid::Solid;
 use super::split::{Piece, outline};
+use super::tolerances::merge::SWEEPS;
 use glam::Vec3;
-
-/// Sweeps in which every piece may change to another part.
-const SWEEPS: usize = 3;
 
 /// A set of pieces that shares one hull.
 struct Group {

@@ -34,6 +34,7 @@ mod slim;
 mod soles;
 mod solid;
 mod split;
+mod tolerances;
 pub(crate) mod triangle;
 mod voxels;
 

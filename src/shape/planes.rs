@@ -3,21 +3,13 @@
 //! Candidate planes are evenly spaced and, above all, the planes of large flat facets: the underside of a table top is where it
 //! parts from its legs.
 
-use super::hull::{Hull, MIN_THICKNESS, directions, plane_sides};
+use super::hull::{Hull, directions, plane_sides};
 use super::solid::Solid;
 use super::split::numbered;
+use super::tolerances::hull::MIN_THICKNESS;
+use super::tolerances::planes::{EVEN_CUTS, FACE, FACET_CUTS, PLANNED};
 use glam::Vec3;
 use std::collections::BTreeMap;
-
-/// Evenly spaced candidate planes for each direction.
-const EVEN_CUTS: usize = 9;
-/// Facets that are smaller than this share of the hull's surface part nothing.
-const FACE: f32 = 0.02;
-/// Candidate planes for each direction that lie in large flat facets.
-const FACET_CUTS: usize = 8;
-
-/// Cuts are planned on about so many triangles, evenly picked; they are made on all.
-const PLANNED: usize = 10_000;
 
 /// The plane `normal · x = offset` whose two sides cost least. Facets come first and win ties: a cut beside a facet
 /// leaves a layer too thin for the grid to see.

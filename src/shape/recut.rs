@@ -7,19 +7,8 @@ use super::cluster::Cluster;
 use super::hull::{Hull, directions, plane_sides};
 use super::planes::Wire;
 use super::solid::Solid;
+use super::tolerances::recut::{PLANES, SAMPLES, SHARED, SWEEPS, WORTH};
 use glam::Vec3;
-
-/// Two pieces are cut anew if they share more than this of the smaller one.
-const SHARED: f32 = 0.03;
-/// Points of a piece that are tried for what it shares.
-const SAMPLES: usize = 400;
-/// Planes that are tried beside those across the axes and across the way from one to the other: as many, with normals spread
-/// evenly.
-const PLANES: usize = 64;
-/// Times that every pair may be cut.
-const SWEEPS: usize = 2;
-/// A cut must save more than this share of what the two cost.
-const WORTH: f32 = 0.02;
 
 /// Cuts pieces that reach into each other anew; what they hold costs `shared` (m⁴ for each m³) beside their bulge.
 pub(super) fn recut(mut clusters: Vec<Cluster>, solid: &Solid, shared: f32) -> Vec<Cluster> {

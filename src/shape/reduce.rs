@@ -5,15 +5,8 @@
 //! and sinks things, so it counts several times there.
 
 use super::hull::{Hull, directions, supports};
+use super::tolerances::reduce::{NEGLIGIBLE, SUPPORT_TOLERANCE, SUPPORT_WEIGHT, TOLERANCE};
 use glam::Vec3;
-
-/// A hull with at most `soft` vertices may fall short of the full one by this much, m.
-const TOLERANCE: f32 = 0.6e-3;
-/// Below this shortfall nothing is added at all, m.
-const NEGLIGIBLE: f32 = 0.1e-3;
-/// Shortfall at feet and tops that weighs more than elsewhere, m, and how much more.
-const SUPPORT_TOLERANCE: f32 = 0.7e-3;
-const SUPPORT_WEIGHT: f32 = 6.0;
 
 /// The levels along `up` on which things stand: `low` under the object, `high` on top of it (m), with a tolerance.
 #[derive(Clone, Copy, Debug)]

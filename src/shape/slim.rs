@@ -7,17 +7,8 @@ use super::cluster::Cluster;
 use super::mass;
 use super::planes::best_cut;
 use super::solid::Solid;
+use super::tolerances::slim::{CLOSER, FREED, LOST, MORE};
 use glam::Vec3;
-
-/// A part more must free so much of what all parts hold …
-const FREED: f32 = 0.02;
-/// … or bring their centre of mass so much closer to the solid's, in diagonals of the object.
-const CLOSER: f32 = 1.5e-3;
-/// A cut may take so many times as much from the parts as it frees: where walls are thin, the grid is unsure of what is free.
-const LOST: f32 = 1.5;
-
-/// So many parts may be added.
-const MORE: usize = 8;
 
 /// Cuts clusters as long as that is worth it and there are fewer than `most`.
 pub(super) fn slim(clusters: Vec<Cluster>, solid: &Solid, up: Vec3, most: usize) -> Vec<Cluster> {

@@ -6,19 +6,9 @@
 //! down onto it: a lower corner bears the object already, so it stands where it stood.
 
 use super::hull::Hull;
+use super::tolerances::soles::{DEPTH, DIRECTIONS, FLAT, HALVINGS, SLOPE};
 use glam::{Vec2, Vec3, Vec4};
 use std::f32::consts::TAU;
-
-/// What is no farther above a plane belongs to the sole, m …
-const DEPTH: f32 = 0.5e-3;
-/// … or a half or a quarter of it, if that is more than this share of how far the sole reaches around the centre of mass: what
-/// is rounder rolls.
-const SLOPE: f32 = 0.04;
-const HALVINGS: i32 = 2;
-/// Directions in which that reach is measured.
-const DIRECTIONS: usize = 64;
-/// What is nearer to a plane lies in it, m.
-const FLAT: f32 = 1e-6;
 
 /// The parts of an object whose centre of mass is at `center`, with their vertices let down onto the planes on which it can
 /// rest, those first that are nearest to the centre.

@@ -3,10 +3,8 @@
 
 use super::hull::Hull;
 use super::mesh::Mesh;
+use super::tolerances::voxels::RESOLUTION;
 use parry3d::transformation::vhacd::{VHACD, VHACDParameters};
-
-/// Voxels along the longest side.
-const RESOLUTION: u32 = 64;
 
 /// At most `budget` convex parts of the mesh, whose vertices lie on it; none if the mesh has no extent or
 /// parry fails.

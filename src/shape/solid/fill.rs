@@ -1,17 +1,11 @@
 //! Fills the grid: surface, winding numbers, flood, distances, narrow hollows.
 
 use super::Solid;
+use crate::shape::tolerances::fill::{ABOVE, ENTRANCE, UNSEEN};
 use glam::Vec3;
 use parry3d::query::PointQuery;
 use parry3d::shape::Triangle;
 use std::collections::BinaryHeap;
-
-/// Depth of free space that the grid cannot tell from a face that runs through the cells, in cells: not counted.
-const UNSEEN: f32 = 0.4;
-/// Weight of free space above a surface of the object: things stand there. Below it is mostly legs and air.
-const ABOVE: f32 = 2.0;
-/// A hollow whose entrance is narrower than this share of it (a bottle, a teapot, slots in a housing) is filled.
-const ENTRANCE: f32 = 0.4;
 
 impl Solid {
     /// Distance of the cell centre to the triangles that touch the cell, m; infinite for all other cells.

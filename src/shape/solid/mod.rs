@@ -9,11 +9,9 @@
 mod fill;
 
 use super::hull::Hull;
+use crate::shape::tolerances::solid::SMALLEST_CELL;
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::Vec3;
-
-/// Keeps the grid of a mesh without extent finite, m.
-const SMALLEST_CELL: f32 = 1e-5;
 
 /// The grid. Cells are ordered with axis `order[0]` fastest: the longest, so that columns are few.
 pub(super) struct Solid {
