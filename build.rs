@@ -1,5 +1,5 @@
-//! Turns `shaders/*.wgsl` into `$OUT_DIR/shaders.rs` and `shaders/raster/*.wgsl` into `$OUT_DIR/raster.rs`, or fails with
-//! every error of every shader.
+//! Turns `shaders/*.wgsl` into `$OUT_DIR/shaders.rs` and `shaders/raster/*.wgsl` into `$OUT_DIR/raster.rs`, or fails
+//! with every error of every shader.
 
 #[path = "build/check.rs"]
 mod check;

@@ -44,9 +44,9 @@ pub fn parse(shader: &Composed) -> Result<(Module, ModuleInfo), String> {
     Ok((module, info))
 }
 
-/// Complaints about loops that nothing is seen to end: those whose update computes no variable anew, from itself, that their
-/// condition reads and their body leaves alone, as in `while`, `loop`, and a `for` that lacks one of both. That a counter
-/// goes the right way is for the author to see.
+/// Complaints about loops that nothing is seen to end: those whose update computes no variable anew, from itself, that
+/// their condition reads and their body leaves alone, as in `while`, `loop`, and a `for` that lacks one of both. That a
+/// counter goes the right way is for the author to see.
 fn endless_loops(shader: &Composed, module: &Module) -> Vec<String> {
     let mut errors = Vec::new();
     let entries = module.entry_points.iter().map(|entry| &entry.function);
@@ -66,7 +66,8 @@ fn endless_loops(shader: &Composed, module: &Module) -> Vec<String> {
     errors
 }
 
-/// True if the condition of a loop, which is what comes before its first `if` that breaks, reads what its update changes.
+/// True if the condition of a loop, which is what comes before its first `if` that breaks, reads what its update
+/// changes.
 fn is_bounded(function: &Function, body: &Block, update: &Block) -> bool {
     let local = |pointer| match function.expressions[pointer] {
         Expression::LocalVariable(local) => Some(local),

@@ -128,8 +128,8 @@ pub fn rust_constants(source: &str) -> impl Iterator<Item = (&str, &str, &str)> 
     })
 }
 
-/// The Rust constants in WGSL. Arithmetic is written alike in both; the generated code checks that the values are equal.
-/// Lines stay where they are, so that errors point into the Rust file.
+/// The Rust constants in WGSL. Arithmetic is written alike in both; the generated code checks that the values are
+/// equal. Lines stay where they are, so that errors point into the Rust file.
 fn translate_constants(source: &str) -> String {
     let mut out = String::new();
     for (name, kind, value) in rust_constants(source) {

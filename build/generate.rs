@@ -1,5 +1,5 @@
-//! Writes the Rust side of the kernels: a struct with one field a kernel, a struct with one field a buffer for each, and
-//! checks at compile time that structs and constants are the same in both languages.
+//! Writes the Rust side of the kernels: a struct with one field a kernel, a struct with one field a buffer for each,
+//! and checks at compile time that structs and constants are the same in both languages.
 
 use crate::compose::rust_constants;
 use crate::reflect::{Access, Binding, Kernel, Layout};

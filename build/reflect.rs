@@ -65,7 +65,8 @@ pub struct Kernel {
     pub constants: BTreeSet<(String, String)>,
 }
 
-/// All kernels of a library, and all errors. `translate` tells what other platforms have against a shader that is valid.
+/// All kernels of a library, and all errors. `translate` tells what other platforms have against a shader that is
+/// valid.
 pub fn kernels(
     library: &Library,
     translate: impl Fn(&Composed, &Module, &ModuleInfo) -> Vec<String>,

@@ -1,5 +1,5 @@
-// Kernel `aligned_faces`: which face of which hull the contacts of a hull pair are clipped against, one invocation a slot
-// of a hull pair. First part of `cpu::narrow_phase::manifold`.
+// Kernel `aligned_faces`: which face of which hull the contacts of a hull pair are clipped against, one invocation a
+// slot of a hull pair. First part of `cpu::narrow_phase::manifold`.
 
 #import batch
 #import bounds

@@ -102,7 +102,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     }
 
     var found = Separation();
-    // The face left over may be so near the margin that edges must beat more than it: only what is found ends the search.
+    // The face left over may be so near the margin that edges must beat more than it: only what is found ends the
+    // search.
     var apart = false;
     for (var word_b = 0u; word_b < MASK_WORDS; word_b++) {
         for (var open_b = masks[MASK_WORDS + word_b]; open_b != 0u && !apart; open_b &= open_b - 1u) {

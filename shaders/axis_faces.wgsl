@@ -76,7 +76,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         let ball = balls[select(pair.b, pair.a, on_b)];
         let center = select(carried(to_a, ball.center), ball.center, on_b);
         var least = worth + select(preferred(preference, worth), 0.0, best.feature == 0u);
-        // The plane farthest from the centre first: it is often the best one and rules out the others. Then by their numbers.
+        // The plane farthest from the centre first: it is often the best one and rules out the others. Then by their
+        // numbers.
         var peak = -FAR;
         var start = 0u;
         for (var i = 0u; i < hull.face_count; i++) {

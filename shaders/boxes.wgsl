@@ -1,7 +1,7 @@
 // Kernel `boxes`: boxes of all bodies and their hulls, one invocation a body.
 //
-// Twin of `cpu::broad_phase::BroadPhase::update`: rotated local boxes, so that no vertex is read. Margins grow with speed.
-// Bodies that hardly moved are still; where the others are is noted.
+// Twin of `cpu::broad_phase::BroadPhase::update`: rotated local boxes, so that no vertex is read. Margins grow with
+// speed. Bodies that hardly moved are still; where the others are is noted.
 
 #import constants
 #import batch

@@ -69,9 +69,9 @@ fn reach(corners: ptr<function, Corners>, count: u32, line: vec4<f32>) -> f32 {
     return farthest;
 }
 
-// Cuts the polygon of `count` ≥ 1 corners by a line (Sutherland–Hodgman), in place: a convex polygon gains one corner at
-// most, so writing is never more than one ahead, and the next corner is read before. Every corner is written and then
-// counted or not: branches, `&&` and `||` too, are what compiles slowly.
+// Cuts the polygon of `count` ≥ 1 corners by a line (Sutherland–Hodgman), in place: a convex polygon gains one corner
+// at most, so writing is never more than one ahead, and the next corner is read before. Every corner is written and
+// then counted or not: branches, `&&` and `||` too, are what compiles slowly.
 fn cut(corners: ptr<function, Corners>, count: u32, line: vec4<f32>) -> u32 {
     var kept = 0u;
     var last = (*corners)[count - 1u];

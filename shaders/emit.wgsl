@@ -1,5 +1,5 @@
-// Kernel `emit`: patches and contacts of an entry, with the impulses of the last substep's, one invocation a body pair of
-// a candidate, and past the pairs a body and the ground: as `cpu::contacts::ContactSet`, `push` and `keep`.
+// Kernel `emit`: patches and contacts of an entry, with the impulses of the last substep's, one invocation a body pair
+// of a candidate, and past the pairs a body and the ground: as `cpu::contacts::ContactSet`, `push` and `keep`.
 
 #import batch
 #import constants

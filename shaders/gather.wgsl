@@ -1,5 +1,5 @@
-// Kernel `gather`: hands some candidates to the simulation by their rank, one invocation a body. Its twin is the list of chosen
-// candidates in `cpu::search`.
+// Kernel `gather`: hands some candidates to the simulation by their rank, one invocation a body. Its twin is the list
+// of chosen candidates in `cpu::search`.
 
 #import batch
 #import grid

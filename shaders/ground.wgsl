@@ -1,6 +1,6 @@
 // Kernel `ground`: contacts of hulls with the ground y = 0, one invocation a hull of a candidate: as
-// `cpu::narrow_phase::plane_hull`. They lie behind the slots of the hull pairs. Of bodies that keep their contacts none are
-// looked for.
+// `cpu::narrow_phase::plane_hull`. They lie behind the slots of the hull pairs. Of bodies that keep their contacts none
+// are looked for.
 
 #import batch
 #import bounds

@@ -101,8 +101,8 @@ fn all_finite(v: vec3<f32>) -> bool {
     return is_finite(bitcast<u32>(v.x)) && is_finite(bitcast<u32>(v.y)) && is_finite(bitcast<u32>(v.z));
 }
 
-// Where a contact is at rest after a substep: deeper if it was pressed hard, and ever deeper if it is one of the `points` of a
-// face.
+// Where a contact is at rest after a substep: deeper if it was pressed hard, and ever deeper if it is one of the
+// `points` of a face.
 fn yielded(gap: Gap, points: u32) -> f32 {
     let pressed = min(gap.rest, gap.found + RESTING_DEPTH);
     let sunk = select(pressed, pressed - RESTING_RATE * sim.substep, points > MAX_EDGE_POINTS);

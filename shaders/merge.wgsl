@@ -1,6 +1,6 @@
-// Kernel `merge`: the contact points that stay of an entry's manifolds, in a few patches, one invocation a body pair of a
-// candidate, and past the pairs a body and the ground: as `cpu::contacts::Gatherer`. Points are known by their numbers in
-// `manifold_points`. An entry that keeps its contacts has as many as it had.
+// Kernel `merge`: the contact points that stay of an entry's manifolds, in a few patches, one invocation a body pair of
+// a candidate, and past the pairs a body and the ground: as `cpu::contacts::Gatherer`. Points are known by their
+// numbers in `manifold_points`. An entry that keeps its contacts has as many as it had.
 
 #import batch
 #import body
@@ -86,8 +86,8 @@ fn find_seeds(
     return patches;
 }
 
-// Gathers the points of these manifolds. In a function of its own, because its arrays are set to zero first: most entries have
-// no points, and that would be all the work.
+// Gathers the points of these manifolds. In a function of its own, because its arrays are set to zero first: most
+// entries have no points, and that would be all the work.
 fn gather(index: u32, first: u32, end: u32) {
     var gathered: Numbers;
     var owners: Numbers;

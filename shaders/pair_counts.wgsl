@@ -1,5 +1,5 @@
-// Kernel `pair_counts`: how many hulls of each body pair may touch, one invocation a candidate and pair; none of pairs that
-// keep their contacts.
+// Kernel `pair_counts`: how many hulls of each body pair may touch, one invocation a candidate and pair; none of pairs
+// that keep their contacts.
 //
 // With `pair_starts` and `hull_pairs` the twin of `cpu::broad_phase::BroadPhase::pairs`.
 

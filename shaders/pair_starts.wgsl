@@ -1,7 +1,7 @@
 // Kernel `pair_starts`: sums the counts up in pair order, one workgroup a candidate.
 //
-// Each invocation sums a share of consecutive pairs. The last start is the candidate's total; it goes on past the slots. Part of
-// `cpu::broad_phase::BroadPhase::pairs`.
+// Each invocation sums a share of consecutive pairs. The last start is the candidate's total; it goes on past the
+// slots. Part of `cpu::broad_phase::BroadPhase::pairs`.
 
 #import batch
 #import grid

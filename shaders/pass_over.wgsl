@@ -1,5 +1,5 @@
-// Kernel `pass_over`: marks all candidates as not chosen; `scatter` takes that from those which are. Its twin is what `cpu::search`
-// does to all energies at the end of a round.
+// Kernel `pass_over`: marks all candidates as not chosen; `scatter` takes that from those which are. Its twin is what
+// `cpu::search` does to all energies at the end of a round.
 
 #import batch
 #import grid

@@ -1,8 +1,8 @@
 // Kernel `single_points`: the one contact of two hulls where clipping finds none, one invocation a slot of a hull pair.
 // Last part of `cpu::narrow_phase::manifold`.
 //
-// It lies between the two edges of the axis, in the world's frame, or between the outlines of the two faces where those are
-// nearest, in the frame of the reference hull's body.
+// It lies between the two edges of the axis, in the world's frame, or between the outlines of the two faces where those
+// are nearest, in the frame of the reference hull's body.
 
 #import batch
 #import constants
@@ -30,8 +30,8 @@
 const EDGE_KIND: u32 = 3u;
 const EPSILON: f32 = 1.1920929e-7;
 
-// The nearest points of the segments p + [0, 1] u and q + [0, 1] v, as shares (Ericson, "Real-Time Collision Detection",
-// 5.1.9).
+// The nearest points of the segments p + [0, 1] u and q + [0, 1] v, as shares (Ericson, "Real-Time Collision
+// Detection", 5.1.9).
 fn nearest_on_segments(p: vec3<f32>, u: vec3<f32>, q: vec3<f32>, v: vec3<f32>) -> vec2<f32> {
     let w = p - q;
     let a = dot(u, u);

@@ -1,5 +1,6 @@
-// Kernel `solve`: the small steps of a substep, one invocation a candidate, patch after patch. It is run again until all
-// are done: Mesa's software driver ends every loop once those of an invocation have gone round 65,535 times, without a word.
+// Kernel `solve`: the small steps of a substep, one invocation a candidate, patch after patch. It is run again until
+// all are done: Mesa's software driver ends every loop once those of an invocation have gone round 65,535 times,
+// without a word.
 
 #import batch
 #import contact

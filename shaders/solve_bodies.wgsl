@@ -1,5 +1,5 @@
-// Kernel `solve_bodies`: bodies at the start of a substep, one invocation a body; the last of a candidate is the ground.
-// Part of `cpu::solve::Solver::substep`.
+// Kernel `solve_bodies`: bodies at the start of a substep, one invocation a body; the last of a candidate is the
+// ground. Part of `cpu::solve::Solver::substep`.
 
 #import batch
 #import body

@@ -1,5 +1,5 @@
-// Kernel `solve_far`: as `solve`, one workgroup a candidate, for those that `solve_near` has left. What has too many bodies or
-// patches for this, too, is left to `solve`. Part of `cpu::solve::Solver::substep`.
+// Kernel `solve_far`: as `solve`, one workgroup a candidate, for those that `solve_near` has left. What has too many
+// bodies or patches for this, too, is left to `solve`. Part of `cpu::solve::Solver::substep`.
 
 #import batch
 #import contact

@@ -1,5 +1,5 @@
-// Kernel `solve_near`: as `solve`, one workgroup a candidate, all that the sweeps need in workgroup memory. Candidates with too
-// much for that are left to `solve_far`. Part of `cpu::solve::Solver::substep`.
+// Kernel `solve_near`: as `solve`, one workgroup a candidate, all that the sweeps need in workgroup memory. Candidates
+// with too much for that are left to `solve_far`. Part of `cpu::solve::Solver::substep`.
 
 #import batch
 #import contact

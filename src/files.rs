@@ -4,8 +4,9 @@ use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// Replaces or creates a file in one step: the bytes go to a temporary file in the same folder, which is made if
-/// it is not there, and takes the name once they are on the disk. A reader, a full disk or a power cut never meets half a file.
+/// Replaces or creates a file in one step: the bytes go to a temporary file in the same folder, which is made if it is
+/// not there, and takes the name once they are on the disk. A reader, a full disk or a power cut never meets half a
+/// file.
 ///
 /// # Errors
 /// What the file system reports; the old file is then untouched.

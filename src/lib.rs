@@ -1,8 +1,9 @@
 //! Turns a reconstructed 3D scene into one that stands still in a physics engine.
 //!
-//! The flow is one-way: `scene` (the document) → `shape` (convex parts and mass) → `canonicalize` (what is up, where the
-//! ground is) → `world` (what a backend simulates), `render` (what a picture shows) → `cpu`, `gpu` (the simulators and
-//! painters) → `optimize` (the search) → `metrics` (quality), `bench` (speed) → `ablate` (what each idea is worth) → `report`. Nothing below `commands` prints.
+//! The flow is one-way: `scene` (the document) → `shape` (convex parts and mass) → `canonicalize` (what is up, where
+//! the ground is) → `world` (what a backend simulates), `render` (what a picture shows) → `cpu`, `gpu` (the simulators
+//! and painters) → `optimize` (the search) → `metrics` (quality), `bench` (speed) → `ablate` (what each idea is worth)
+//! → `report`. Nothing below `commands` prints.
 
 pub mod ablate;
 pub mod bench;

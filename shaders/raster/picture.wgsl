@@ -1,8 +1,8 @@
 // Triangles as they are seen: solid (with holes or as glass too), ground and wall. Twin: `cpu::raster`.
 //
-// Shadows are smooth and dear, colours are neither: a first pass at half the resolution (`shadow`) finds out which share
-// of the light arrives, and the picture takes it from there wherever it lies in the same plane. A wall is cut into small
-// triangles, at whose corners that is enough.
+// Shadows are smooth and dear, colours are neither: a first pass at half the resolution (`shadow`) finds out which
+// share of the light arrives, and the picture takes it from there wherever it lies in the same plane. A wall is cut
+// into small triangles, at whose corners that is enough.
 #import light
 
 struct View {
@@ -182,8 +182,8 @@ fn arriving(it: Fragment, normal: vec3<f32>) -> vec2<f32> {
     return select(sum.xy / sum.z, exact, missing);
 }
 
-// Light that falls onto a surface, given the shares of the sun's and the sky's that arrive: the cosines of all lights up
-// to their squares (Ramamoorthi and Hanrahan, "An efficient representation for irradiance environment maps", 2001).
+// Light that falls onto a surface, given the shares of the sun's and the sky's that arrive: the cosines of all lights
+// up to their squares (Ramamoorthi and Hanrahan, "An efficient representation for irradiance environment maps", 2001).
 fn light(n: vec3<f32>, shares: vec2<f32>) -> vec3<f32> {
     let linear = view.open[1] * n.x + view.open[2] * n.y + view.open[3] * n.z;
     let squares = view.open[4] * n.x * n.x + view.open[5] * n.y * n.y + view.open[6] * n.z * n.z;
@@ -192,8 +192,8 @@ fn light(n: vec3<f32>, shares: vec2<f32>) -> vec3<f32> {
     return view.sun * open.x + view.sky * open.y + view.bounce * (0.5 - 0.5 * n.y);
 }
 
-// Shares of the light that arrive at a point of a surface, by every n-th light; by none if `every` is 0, because software
-// adapters go through both sides of a branch, but through no loop that nobody needs.
+// Shares of the light that arrive at a point of a surface, by every n-th light; by none if `every` is 0, because
+// software adapters go through both sides of a branch, but through no loop that nobody needs.
 fn share(p: vec3<f32>, normal: vec3<f32>, every: u32) -> vec2<f32> {
     let suns = select(0u, view.suns, every > 0u);
     let skies = select(0u, view.skies, every > 0u);

@@ -24,8 +24,8 @@ fn softness() -> Softness {
     return Softness(omega / a1, a2 * a3, a3);
 }
 
-// Sets what a contact's impulse works towards at this separation (m): a spring where the surfaces overlap; what is still
-// apart may come no closer than touching.
+// Sets what a contact's impulse works towards at this separation (m): a spring where the surfaces overlap; what is
+// still apart may come no closer than touching.
 fn aim(normal: ptr<function, Normal>, separation: f32, rest: f32) {
     let deep = DEEP_PUSH_OUT_RATE * min(separation + TOUCHING_DEPTH, 0.0);
     let push_out = max(softness().bias_rate * (separation - rest) + deep, -sim.max_push_out);

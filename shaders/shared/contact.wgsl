@@ -8,7 +8,8 @@ struct HullPair {
     pair: u32,
     a: u32,
     b: u32,
-    // Feature of the last substep's axis: kind << 24 | first << 12 | second, as `cpu::narrow_phase::PairCache`; 0: none.
+    // Feature of the last substep's axis: kind << 24 | first << 12 | second, as `cpu::narrow_phase::PairCache`; 0:
+    // none.
     cache: u32,
 }
 

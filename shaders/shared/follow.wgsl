@@ -41,8 +41,8 @@ fn is_far(motion: Motion, levers: Levers) -> bool {
         || (motion.is_free && exceeds(motion.passed - levers.passed, ARM_TOLERANCE));
 }
 
-// Lever arms that were `arms` at first. Two free bodies push at a common point, half-way between where either has it: else
-// their impulses would turn the pair. On something fixed a contact's points go with the body that moves.
+// Lever arms that were `arms` at first. Two free bodies push at a common point, half-way between where either has it:
+// else their impulses would turn the pair. On something fixed a contact's points go with the body that moves.
 fn arms_after(motion: Motion, arms: Arms) -> Arms {
     let by = plus_cross(cross(motion.rolled_a, arms.a), motion.rolled_b, arms.b);
     if (motion.is_free) {
@@ -51,7 +51,8 @@ fn arms_after(motion: Motion, arms: Arms) -> Arms {
     return Arms(arms.a + by, arms.b + by);
 }
 
-// How far a point of the second body has moved past that of the first, with these lever arms at first, going straight on.
+// How far a point of the second body has moved past that of the first, with these lever arms at first, going straight
+// on.
 fn moved_by(motion: Motion, arms: Arms) -> vec3<f32> {
     return plus_cross(plus_cross(motion.passed, motion.turned_b, arms.b), arms.a, motion.turned_a);
 }

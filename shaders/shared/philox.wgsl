@@ -31,8 +31,8 @@ fn philox(counter: vec4<u32>, key: vec2<u32>) -> vec4<u32> {
     return x;
 }
 
-// Natural logarithm of positive normal numbers. Shaders promise theirs near 1 to 2⁻²¹ only, and the root of that would be
-// an error of 10⁻³ in a radius. x = m · 2ᵏ with m in [√½, √2), and ln m = 2 artanh((m − 1) / (m + 1)).
+// Natural logarithm of positive normal numbers. Shaders promise theirs near 1 to 2⁻²¹ only, and the root of that would
+// be an error of 10⁻³ in a radius. x = m · 2ᵏ with m in [√½, √2), and ln m = 2 artanh((m − 1) / (m + 1)).
 fn logarithm(x: vec2<f32>) -> vec2<f32> {
     const LN_2: f32 = 0.6931472;
     const ROOT_HALF_BITS = 0x3f3504f3u;

@@ -1,7 +1,7 @@
 // Which of several axes that part two hulls is taken.
 
-// By how much faces of the larger hull are preferred to the other's, and faces to edges, m and as a share of the depth; and
-// ways to the side to ways down.
+// By how much faces of the larger hull are preferred to the other's, and faces to edges, m and as a share of the depth;
+// and ways to the side to ways down.
 struct Preference {
     bias: f32,
     relative: f32,

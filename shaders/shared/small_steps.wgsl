@@ -1,11 +1,11 @@
-// The small steps of a substep, as `src/cpu/solve/`: accelerate, warm start, springs until they change little and friction
-// before the first sweeps, advance, follow, then friction and rigid normals until nothing approaches any more; all but
-// the warm start once more if that gained energy. All sweeps are one loop, because software drivers compile code that occurs
-// twice twice.
+// The small steps of a substep, as `src/cpu/solve/`: accelerate, warm start, springs until they change little and
+// friction before the first sweeps, advance, follow, then friction and rigid normals until nothing approaches any more;
+// all but the warm start once more if that gained energy. All sweeps are one loop, because software drivers compile
+// code that occurs twice twice.
 //
-// Import it below the bindings. The kernel has the tables that are named here, and says how invocations share a candidate:
-// each has every so many of its bodies and patches, `is_due` tells whose turn it is in a sweep, and between turns they
-// `pause`.
+// Import it below the bindings. The kernel has the tables that are named here, and says how invocations share a
+// candidate: each has every so many of its bodies and patches, `is_due` tells whose turn it is in a sweep, and between
+// turns they `pause`.
 
 #import aim
 #import constants
@@ -16,8 +16,8 @@
 #import sim
 #import solver
 
-// Most sweeps of a small step that gains no energy. Those of its second attempt have the numbers that follow, and then those
-// that are made in any case.
+// Most sweeps of a small step that gains no energy. Those of its second attempt have the numbers that follow, and then
+// those that are made in any case.
 const ATTEMPT: u32 = MAX_PUSHING_SWEEPS + MAX_RELAXING_SWEEPS;
 
 // Invocations whose loops software drivers count together: what each does in a sweep of its own adds up.
@@ -166,8 +166,8 @@ fn is_restless(bodies: vec2<u32>, sweep: u32) -> bool {
     return max(moving[bodies.x].restless, moving[bodies.y].restless) >= sweep;
 }
 
-// The contacts of a body are solved in the sweep after this one, too, and in the rest of this; the first sweeps are of all
-// contacts in any case.
+// The contacts of a body are solved in the sweep after this one, too, and in the rest of this; the first sweeps are of
+// all contacts in any case.
 fn disturb(body: u32, sweep: u32) {
     if (moving[body].inverse_mass > 0.0) {
         moving[body].restless = max(moving[body].restless, sweep + 1u);
@@ -209,8 +209,8 @@ fn sweep_friction(share: Share, sweep: u32) {
     }
 }
 
-// One sweep over all patches, one way or the other: with `soft` overlap is pushed out, without only approach is stopped.
-// Hits take `relaxation` times what would stop them. True if the relative speed of a contact changed.
+// One sweep over all patches, one way or the other: with `soft` overlap is pushed out, without only approach is
+// stopped. Hits take `relaxation` times what would stop them. True if the relative speed of a contact changed.
 fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool, relaxation: f32) -> bool {
     var changed = false;
     let spring = softness();
@@ -327,8 +327,8 @@ fn portion(patches: u32, longest: u32) -> vec2<u32> {
     return vec2(max(sim.loops / (around + longest * sweep), 1u), clamp(left / sweep, 1u, longest));
 }
 
-// All small steps from `start` on, or as many as are within `Sim::loops`. `patches`: the most that invocations whose loops
-// go together have.
+// All small steps from `start` on, or as many as are within `Sim::loops`. `patches`: the most that invocations whose
+// loops go together have.
 fn small_steps(share: Share, start: Cursor, patches: u32) -> Cursor {
     let extra = max(sim.velocity_iterations, 1u) - 1u;
     let most = portion(patches, 2u * ATTEMPT + extra);

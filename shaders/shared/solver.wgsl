@@ -22,9 +22,9 @@ struct Moving {
     allowed: f32,
 }
 
-// Columns of the matrix from the world to the body's principal axes at the substep's start, each scaled by the root of its
-// inverse moment of inertia. There a torque's arm is also what a unit impulse does to the spin. And one for every axis of the
-// body about which it may turn in a substep and keep its inertia about as it is, nought for the others.
+// Columns of the matrix from the world to the body's principal axes at the substep's start, each scaled by the root of
+// its inverse moment of inertia. There a torque's arm is also what a unit impulse does to the spin. And one for every
+// axis of the body about which it may turn in a substep and keep its inertia about as it is, nought for the others.
 struct Axes {
     x: vec3<f32>,
     round_x: f32,
@@ -120,7 +120,8 @@ struct Levers {
 // Invocations that share a candidate's patches before and after the small steps.
 const PATCH_LANES: u32 = 32u;
 
-// A candidate has at most one patch for so many slots of contact points, or its slots are doubled as if there were too few.
+// A candidate has at most one patch for so many slots of contact points, or its slots are doubled as if there were too
+// few.
 const SLOTS_PER_PATCH: u32 = 4u;
 
 fn patch_rows(contacts: u32) -> u32 {
@@ -177,8 +178,8 @@ fn aim_friction(friction: ptr<function, Friction>, arms: Arms, a: mat3x3<f32>, b
     (*friction).mass = min(mass_of(u, inverse_mass), mass_of(v, inverse_mass));
 }
 
-// Which of `count` points of a patch comes as the `k`-th of a sweep: every third, so that points across the patch follow
-// one another.
+// Which of `count` points of a patch comes as the `k`-th of a sweep: every third, so that points across the patch
+// follow one another.
 fn turn_of(k: u32, count: u32) -> u32 {
     return select(3u * k % count, k, count % 3u == 0u);
 }

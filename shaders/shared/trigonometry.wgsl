@@ -1,6 +1,7 @@
 const HALF_PI: f32 = 1.5707964;
 
-// Sine and cosine of angles up to some turns, to 10⁻⁷: as `world::sin_cos`, operation by operation. Drivers have their own.
+// Sine and cosine of angles up to some turns, to 10⁻⁷: as `world::sin_cos`, operation by operation. Drivers have their
+// own.
 fn sin_cos(angle: vec2<f32>) -> mat2x2<f32> {
     const TWO_OVER_PI: f32 = 0.63661975;
     return sin_cos_turns(angle * TWO_OVER_PI);
@@ -20,7 +21,8 @@ fn sin_cos_turns(turns: vec2<f32>) -> mat2x2<f32> {
     return mat2x2(sine_sign * select(sine, cosine, odd), cosine_sign * select(cosine, sine, odd));
 }
 
-// Angle in [0, π/2] of the direction (x, y), neither negative: as `world::angle_between` has it, operation by operation.
+// Angle in [0, π/2] of the direction (x, y), neither negative: as `world::angle_between` has it, operation by
+// operation.
 fn arctangent(y: f32, x: f32) -> f32 {
     const TAN_PI_8: f32 = 0.41421357;
     const QUARTER_PI: f32 = 0.7853982;

@@ -1,5 +1,5 @@
-// Products and unit vectors with every operation in the order of the processor's (glam), so that both give the same bits:
-// `*` of matrices, `normalize` and `dot` leave the order, and division or reciprocal, to the driver.
+// Products and unit vectors with every operation in the order of the processor's (glam), so that both give the same
+// bits: `*` of matrices, `normalize` and `dot` leave the order, and division or reciprocal, to the driver.
 
 fn times(m: mat3x3<f32>, v: vec3<f32>) -> vec3<f32> {
     return m[0] * v.x + m[1] * v.y + m[2] * v.z;

@@ -1,6 +1,6 @@
-// A workgroup a candidate: patches that share no free body are solved at the same time. A patch waits for those before it that
-// touch one of its bodies, and for no others, so that every body meets its patches in the same order as in `solve`, and the
-// bits are the same. Import it below the bindings.
+// A workgroup a candidate: patches that share no free body are solved at the same time. A patch waits for those before
+// it that touch one of its bodies, and for no others, so that every body meets its patches in the same order as in
+// `solve`, and the bits are the same. Import it below the bindings.
 
 #import small_steps
 

@@ -64,8 +64,8 @@ pub struct Measured {
     pub f_score: Option<f64>,
 }
 
-/// Names a run by everything that its result depends on: equal for equal runs, whatever they are called. `program` stands for
-/// the program and what it computes on.
+/// Names a run by everything that its result depends on: equal for equal runs, whatever they are called. `program`
+/// stands for the program and what it computes on.
 pub fn identity(subject: &Subject, variant: Variant, config: &Config, seed: u64, program: &str) -> String {
     let mut hasher = blake3::Hasher::new();
     let (stage, config, what) = match variant {

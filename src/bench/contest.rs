@@ -5,7 +5,8 @@ use crate::world::{Backend, BackendError, BodyDef, Pose, SimSettings, World};
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Sizes of the populations: a scene by itself, what a search simulates to its end, and the larger ones that the paper has.
+/// Sizes of the populations: a scene by itself, what a search simulates to its end, and the larger ones that the paper
+/// has.
 const CANDIDATES: [u32; 4] = [1, 64, 512, 2048];
 /// Steps of a run: in the first ones there is most to solve.
 const STEPS: u32 = 10;

@@ -46,7 +46,8 @@ pub struct Measurement {
     pub kernels_ms: Vec<KernelTime>,
     /// About how many bytes a search with so many candidates holds.
     pub bytes_resident: u64,
-    /// Mean distance between start and end of what moves, over all usable candidates, m; none if no candidate is usable.
+    /// Mean distance between start and end of what moves, over all usable candidates, m; none if no candidate is
+    /// usable.
     pub mean_drift_m: Option<f64>,
     /// Candidates with any bit of `Status`.
     pub flagged_candidates: usize,

@@ -1,5 +1,5 @@
-//! How fast a backend simulates: a population of one scene, measured until the numbers settle, and how the speed changes
-//! with the number of candidates, bodies and hulls.
+//! How fast a backend simulates: a population of one scene, measured until the numbers settle, and how the speed
+//! changes with the number of candidates, bodies and hulls.
 
 mod contest;
 mod measure;

@@ -107,7 +107,8 @@ pub fn starts(world: &World, candidates: u32, seed: u64) -> Vec<Pose> {
     poses
 }
 
-/// The two halves of a convex hull, cut through the middle of the longest side of its box; none if one of them is no hull.
+/// The two halves of a convex hull, cut through the middle of the longest side of its box; none if one of them is no
+/// hull.
 fn halves(part: &[Vec3]) -> Option<Vec<Vec<Vec3>>> {
     let low = part.iter().copied().fold(Vec3::INFINITY, Vec3::min);
     let high = part.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);

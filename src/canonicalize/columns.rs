@@ -53,8 +53,8 @@ impl Footprint {
         Self { grid, feet: vec![Some([foot.y, object.high.y])] }
     }
 
-    /// For every column with a foot, the vertical shifts of the object at which it would reach into the bearer there, as
-    /// sorted disjoint intervals, m. The footprint is first moved by `aside` in x and z, m.
+    /// For every column with a foot, the vertical shifts of the object at which it would reach into the bearer there,
+    /// as sorted disjoint intervals, m. The footprint is first moved by `aside` in x and z, m.
     pub fn blocked(&self, bearer: &Surface, aside: DVec2) -> Vec<Vec<[f64; 2]>> {
         let grid = Grid { origin: self.grid.origin + aside, ..self.grid };
         let mut hits: Vec<Vec<(f64, bool)>> = vec![Vec::new(); grid.count()];
@@ -121,8 +121,8 @@ impl Grid {
 }
 
 /// The solid stretches of a column, from its crossings (height, faces up). Where as many faces look down as up, what is
-/// between is solid, parts within parts included; elsewhere, from a face that looks down to the next above it that looks
-/// up. What has no such partner is a sheet.
+/// between is solid, parts within parts included; elsewhere, from a face that looks down to the next above it that
+/// looks up. What has no such partner is a sheet.
 fn solids(mut hits: Vec<(f64, bool)>) -> impl Iterator<Item = [f64; 2]> {
     // Two faces back to back enclose nothing: the one that looks down comes first.
     hits.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

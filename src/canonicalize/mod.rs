@@ -1,9 +1,9 @@
 //! From a reconstruction in any frame to a scene that is upright: +Y is up, the ground is at 0, objects stand straight
 //! and at the heights of what bears them (REST3D's stage 2b).
 //!
-//! `stance` finds the flat bases of every mesh, `vertical` lets the objects vote for the direction that is up, `upright`
-//! decides which objects are set straight, `columns` and `support` find the height at which each rests, from the ground
-//! up. What is on a wall or ceiling, hangs or is not movable only follows. Scale is left alone.
+//! `stance` finds the flat bases of every mesh, `vertical` lets the objects vote for the direction that is up,
+//! `upright` decides which objects are set straight, `columns` and `support` find the height at which each rests, from
+//! the ground up. What is on a wall or ceiling, hangs or is not movable only follows. Scale is left alone.
 
 mod columns;
 mod report;
@@ -24,8 +24,8 @@ use tolerances::FAR;
 use upright::Verdict;
 use vertical::Vertical;
 
-/// Makes the scene canonical. `meshes` are the objects' meshes in the scene's order, scaled to metres. A canonical scene
-/// stays as it is.
+/// Makes the scene canonical. `meshes` are the objects' meshes in the scene's order, scaled to metres. A canonical
+/// scene stays as it is.
 pub fn canonicalize(scene: &mut Scene, meshes: &[Mesh]) -> Canonicalization {
     let mut work = Work::new(scene, meshes);
     let vertical = work.vertical();

@@ -1,4 +1,5 @@
-//! The bases on which a mesh could stand: faces of its convex hull that hold the centre of mass above them and are flat.
+//! The bases on which a mesh could stand: faces of its convex hull that hold the centre of mass above them and are
+//! flat.
 //!
 //! Feet of a chair, the rim of a plate and the bottom of a box all make such a face, and its direction is that of the
 //! object's up, whatever frame the mesh was modelled in. The pole of something round makes one too, in any direction;
@@ -21,7 +22,8 @@ pub(super) struct Stance {
 }
 
 impl Stance {
-    /// What its direction counts for, from 0 to 1: the inverse of its variance, which falls with the length of the base.
+    /// What its direction counts for, from 0 to 1: the inverse of its variance, which falls with the length of the
+    /// base.
     pub fn weight(&self) -> f64 {
         let spread = SPREAD * SPREAD;
         self.flatness * spread / (spread + UNEVENNESS * UNEVENNESS / self.area)

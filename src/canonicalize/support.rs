@@ -1,9 +1,10 @@
-//! The height at which an object rests on its bearer: on the surface under its feet that is nearest to them and has room.
+//! The height at which an object rests on its bearer: on the surface under its feet that is nearest to them and has
+//! room.
 //!
 //! In every column of the footprint the shifts at which the object would reach into its bearer are known; where, going
 //! up, the last column but a few gets free, the object rests. That is the top of a desk below its hutch, the seat of a
-//! chair in front of its backrest, and the board of a shelf that something stands on inside. (REST3D's stage 2b takes the
-//! bearer's highest point.)
+//! chair in front of its backrest, and the board of a shelf that something stands on inside. (REST3D's stage 2b takes
+//! the bearer's highest point.)
 
 use super::columns::{Footprint, Surface};
 use super::tolerances::{CLEARED, TOLERATED};

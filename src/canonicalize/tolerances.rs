@@ -43,7 +43,8 @@ pub(super) const BASE_BAND: f64 = 0.01;
 /// The same for what a base would widen to if it were the pole of something round.
 pub(super) const ROUND_BAND: f64 = 0.05;
 
-/// A base is flat if its area is at least this share of the area that it widens to: round fruit has up to 0.43, plates 0.49.
+/// A base is flat if its area is at least this share of the area that it widens to: round fruit has up to 0.43, plates
+/// 0.49.
 pub(super) const FLAT: f64 = 0.46;
 
 /// The centre of mass lies at least this far within the edge of a base, m.
@@ -64,8 +65,8 @@ pub(super) const FOOT_BAND: f64 = 0.01;
 /// … or this share of the object's height, if that is more.
 pub(super) const FOOT_SHARE: f64 = 0.03;
 
-/// Share of a footprint that may reach into the bearer: a box pushed a little into the wall of its shelf still stands on
-/// the board.
+/// Share of a footprint that may reach into the bearer: a box pushed a little into the wall of its shelf still stands
+/// on the board.
 pub(super) const TOLERATED: f64 = 0.15;
 
 /// Of those columns, the ones that reach in by less than this are cleared, m.

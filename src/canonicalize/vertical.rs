@@ -1,9 +1,9 @@
 //! The direction that is up in a scene, by a robust vote of its objects.
 //!
-//! What rests on something votes for the up of the base that it stands on, and so do fixed objects; what hangs or is on a
-//! wall votes for its mesh's own +Y, and so does what has no flat base, where the scene's meshes are modelled upright.
-//! Objects are wrong by degrees one by one and some are quite wrong, so the vote starts at the direction with the most
-//! support and is a mean that is reweighted by Cauchy's function, not one of least squares.
+//! What rests on something votes for the up of the base that it stands on, and so do fixed objects; what hangs or is on
+//! a wall votes for its mesh's own +Y, and so does what has no flat base, where the scene's meshes are modelled
+//! upright. Objects are wrong by degrees one by one and some are quite wrong, so the vote starts at the direction with
+//! the most support and is a mean that is reweighted by Cauchy's function, not one of least squares.
 
 use super::stance::{Stance, support};
 use super::tolerances::{AGREEMENT, AXIS_WEIGHT, BORNE_WEIGHT, LEVEL, MAX_TILT, MIN_TILT};

@@ -57,8 +57,8 @@ pub struct Spares {
 }
 
 impl Spares {
-    /// The backend to go on with after one failed so; none if there is none. Fewer candidates at a time do not help where
-    /// too little room for one of them, or for all, was the failure.
+    /// The backend to go on with after one failed so; none if there is none. Fewer candidates at a time do not help
+    /// where too little room for one of them, or for all, was the failure.
     pub fn next(&mut self, failure: &BackendError) -> Option<Box<dyn Backend>> {
         let again = self.again.take();
         if let Some(options) = again.filter(|_| matches!(failure, BackendError::Device(_))) {
@@ -122,8 +122,8 @@ fn wanted(choice: &AdapterChoice) -> Result<Opened, Failure> {
     })
 }
 
-/// The best graphics card that can be trusted, if it is faster than so many threads with about so many candidates at a time;
-/// else the processor and why.
+/// The best graphics card that can be trusted, if it is faster than so many threads with about so many candidates at a
+/// time; else the processor and why.
 fn best(candidates: u32, threads: usize) -> Opened {
     let opened = card().and_then(|adapter| {
         let name = &adapter.name;

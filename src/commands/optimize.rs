@@ -21,7 +21,8 @@ const FILES: [&str; 6] = ["scene.json", "report.json", "report.html", "before.pn
 
 /// Find a layout near the scene's in which everything stands
 ///
-/// Leaves scene.json, parts/, report.json, report.html, before.png, after.png and energy.csv in DIR. Ctrl-C keeps the best layout so far; --resume goes on.
+/// Leaves scene.json, parts/, report.json, report.html, before.png, after.png and energy.csv in DIR. Ctrl-C keeps the
+/// best layout so far; --resume goes on.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// A scene.json, a folder that holds one, or a REST3D stage2 folder
@@ -37,7 +38,8 @@ pub struct Args {
     /// Seed of all random numbers: same seed, same machine, same result
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Candidates simulated per iteration, in place of the configuration's; as many times more are drawn as its `draws` say
+    /// Candidates simulated per iteration, in place of the configuration's; as many times more are drawn as its `draws`
+    /// say
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
     candidates: Option<u32>,
     /// Iterations per episode, in place of the configuration's
@@ -132,7 +134,8 @@ fn canonical(scene: &mut Scene, wanted: bool) -> Result<Option<Canonicalization>
     Ok(None)
 }
 
-/// The files of the result that are for programs, as paths inside `dir`; `scene.json` refers to the others and so comes last.
+/// The files of the result that are for programs, as paths inside `dir`; `scene.json` refers to the others and so comes
+/// last.
 fn files(
     mut scene: Scene,
     shapes: &[Shape],

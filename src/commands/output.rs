@@ -20,8 +20,8 @@ pub fn check_writable(dir: &Path) -> Result<(), Failure> {
     })
 }
 
-/// Finds out before the long work whether the result's files have room: what is in the place of `files` must be files, `parts`
-/// a folder. A link, device or pipe would not be written into but replaced.
+/// Finds out before the long work whether the result's files have room: what is in the place of `files` must be files,
+/// `parts` a folder. A link, device or pipe would not be written into but replaced.
 pub fn check_places(files: &[PathBuf], parts: &Path) -> Result<(), Failure> {
     let refuse = |path: &Path, found: &str, wanted: &str| {
         let path = path.display();

@@ -21,8 +21,8 @@ use std::time::{Duration, Instant};
 const LISTING_SECONDS: u64 = 20;
 const TEST_SECONDS: u64 = 120;
 
-/// Environment variables for tests: a time limit in place of these, s, and what the child does wrong: `crash`, `hang`, or
-/// `wrong`, a self-test that fails; with `fast` and `slow` it does not measure how fast the adapter is.
+/// Environment variables for tests: a time limit in place of these, s, and what the child does wrong: `crash`, `hang`,
+/// or `wrong`, a self-test that fails; with `fast` and `slow` it does not measure how fast the adapter is.
 const SECONDS: &str = "REST3D_GPU_PROBE_SECONDS";
 const FAULT: &str = "REST3D_GPU_PROBE_FAULT";
 

@@ -34,8 +34,8 @@ pub struct Args {
     /// File for the picture
     #[arg(short, long = "output", value_name = "FILE")]
     output: PathBuf,
-    /// Where to look from: auto, top, front, back, left, right; degrees around and above, such as 30,25; or x,y,z of the
-    /// eye and of what is in the middle, in the scene's frame and unit
+    /// Where to look from: auto, top, front, back, left, right; degrees around and above, such as 30,25; or x,y,z of
+    /// the eye and of what is in the middle, in the scene's frame and unit
     #[arg(long, value_name = "VIEW", default_value = "auto", allow_hyphen_values = true)]
     camera: Viewpoint,
     /// Width x height of each picture [default: 1600x1200, of several 800x600]

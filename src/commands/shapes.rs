@@ -8,7 +8,8 @@ use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::{Cache, Mesh, Shape, ShapeSettings, build_shapes, scaled_mesh};
 use std::time::Instant;
 
-/// Makes or finds the shapes, in the scene's order; with the alternatives that an optimization needs, if they are wanted.
+/// Makes or finds the shapes, in the scene's order; with the alternatives that an optimization needs, if they are
+/// wanted.
 pub fn make(scene: &Scene, alternatives: bool) -> Result<Vec<Shape>, Failure> {
     let settings = ShapeSettings { alternatives, ..Default::default() };
     let requests = shape_requests(scene);

@@ -2,9 +2,9 @@
 
 use crate::world::{Energy, Winner};
 
-/// Replaces `winner` by the first of `order` if that is better, and copies its adjustment to the row of `deltas` after the
-/// last candidate's. Fills `elites` with the rows to follow: the first `wanted` of the `usable` ranks; once the iteration
-/// brings nothing better, the winner takes the place of the worst of them, as in the released code.
+/// Replaces `winner` by the first of `order` if that is better, and copies its adjustment to the row of `deltas` after
+/// the last candidate's. Fills `elites` with the rows to follow: the first `wanted` of the `usable` ranks; once the
+/// iteration brings nothing better, the winner takes the place of the worst of them, as in the released code.
 pub fn best(
     energies: &[Energy],
     (order, usable): (&[u32], usize),

@@ -145,7 +145,8 @@ impl BroadPhase {
     }
 
     /// How far the bodies of a hull pair can be pushed down, m: not so far that they would stand in the ground with
-    /// `ROOM_SHARE` of their height. Only what a fixed hull could swallow is kept out of it; all else may be pushed anywhere.
+    /// `ROOM_SHARE` of their height. Only what a fixed hull could swallow is kept out of it; all else may be pushed
+    /// anywhere.
     pub fn room(&self, world: &World, HullPair { pair, a, b }: HullPair) -> [f32; 2] {
         let bodies = world.pairs[pair as usize];
         let below = |side: usize, other: u32| {
@@ -159,8 +160,8 @@ impl BroadPhase {
         [below(0, b), below(1, a)]
     }
 
-    /// Lists overlapping hull pairs in the order of `World::pairs`. Those count that are within `margin` of each other, m. Counts on past
-    /// `capacity` without storing, so that the caller can grow and call again.
+    /// Lists overlapping hull pairs in the order of `World::pairs`. Those count that are within `margin` of each other,
+    /// m. Counts on past `capacity` without storing, so that the caller can grow and call again.
     pub fn pairs(
         &self,
         world: &World,

@@ -49,7 +49,8 @@ pub struct Contact {
     pub separation: f32,
     /// The same when the point was found.
     pub found: f32,
-    /// The point in the frame of the first body (the world for the ground) and of the second, m: what matching compares.
+    /// The point in the frame of the first body (the world for the ground) and of the second, m: what matching
+    /// compares.
     pub anchors: [Vec3; 2],
     /// Normal impulse of the last small step, N s.
     pub impulse: f32,
@@ -80,7 +81,8 @@ impl ContactSet {
         &self.points[patch.first as usize..][..patch.count as usize]
     }
 
-    /// Adds patches of a pair of bodies that hardly moved since the last substep's set `old` was made, as they were there.
+    /// Adds patches of a pair of bodies that hardly moved since the last substep's set `old` was made, as they were
+    /// there.
     pub fn keep(&mut self, bodies: [u32; 2], poses: &[Pose], old: &Self, patches: Range<usize>) {
         for patch in &old.patches[patches] {
             self.patches.push(Patch { first: self.points.len() as u32, ..*patch });
@@ -219,8 +221,8 @@ impl Gatherer {
         self.points.extend(points.iter().map(|&point| Gathered { normal, point }));
     }
 
-    /// Merges to at most `MAX_PATCHES` patches of at most `MAX_MANIFOLD_POINTS` points, the deepest first; empties
-    /// the list. A patch is what looks about the way of its deepest point; when there can be no more patches, what is left
+    /// Merges to at most `MAX_PATCHES` patches of at most `MAX_MANIFOLD_POINTS` points, the deepest first; empties the
+    /// list. A patch is what looks about the way of its deepest point; when there can be no more patches, what is left
     /// joins the one that looks most its way.
     pub fn merge(&mut self) {
         self.merged.clear();

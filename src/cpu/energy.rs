@@ -46,9 +46,9 @@ pub fn energy(world: &World, weights: &EnergyWeights, trial: &Trial<'_>) -> Ener
     Energy { total: if usable { total } else { f32::INFINITY }, stability, velocity, penetration, layout }
 }
 
-/// What a candidate costs at least, whatever comes after its placement and, from step τ on, its velocities then (`snapshot`,
-/// nought before): where it settles is off its placement or off the reference by their distance in all. Short of it by more than
-/// rounding adds.
+/// What a candidate costs at least, whatever comes after its placement and, from step τ on, its velocities then
+/// (`snapshot`, nought before): where it settles is off its placement or off the reference by their distance in all.
+/// Short of it by more than rounding adds.
 pub fn least(
     world: &World,
     weights: &EnergyWeights,

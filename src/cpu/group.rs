@@ -10,7 +10,8 @@ use super::{
 use crate::world::{Pose, SimSettings, World};
 use fearless_simd::Level;
 
-/// How many of `candidates` a thread takes at once: the `most` that it can, unless other threads would have nothing to do.
+/// How many of `candidates` a thread takes at once: the `most` that it can, unless other threads would have nothing to
+/// do.
 pub(super) fn at_once(candidates: usize, most: usize) -> usize {
     candidates.div_ceil(rayon::current_num_threads()).clamp(1, most)
 }

@@ -1,5 +1,5 @@
-//! Candidates of which some end before others. Those that still run move up, so that the solver's lanes are full as long as there
-//! are enough.
+//! Candidates of which some end before others. Those that still run move up, so that the solver's lanes are full as
+//! long as there are enough.
 
 use super::simulate::Workspace;
 use crate::world::{Pose, World};

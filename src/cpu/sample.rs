@@ -1,7 +1,7 @@
 //! Kernel `sample`: draws one candidate's adjustment from the search's Gaussian.
 //!
-//! Random numbers come from Philox4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011): key =
-//! seed, counter = (stage, iteration, candidate, dimension / 4). A candidate's numbers depend on nothing else, so K,
+//! Random numbers come from Philox4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011): key
+//! = seed, counter = (stage, iteration, candidate, dimension / 4). A candidate's numbers depend on nothing else, so K,
 //! threads and neighbours cannot change them.
 
 use crate::world::{CemSettings, Distribution, Stream, sin_cos_turns};
@@ -36,8 +36,8 @@ fn logarithm(x: f32) -> f32 {
     k as f32 * LN_2 + 2.0 * s * series
 }
 
-/// Four standard normals from four random words (Box and Muller). Radii come from 24 bits in (0, 1], so the logarithm is
-/// finite and no normal exceeds 5.8.
+/// Four standard normals from four random words (Box and Muller). Radii come from 24 bits in (0, 1], so the logarithm
+/// is finite and no normal exceeds 5.8.
 pub fn normals(words: [u32; 4]) -> [f32; 4] {
     const UNIT: f32 = 1.0 / 16_777_216.0;
     let pair = |a: u32, b: u32| {

@@ -1,11 +1,11 @@
-//! The Cross-Entropy search on the processor: sample, then place, simulate, energy and elites in every round, moments, once per
-//! iteration.
+//! The Cross-Entropy search on the processor: sample, then place, simulate, energy and elites in every round, moments,
+//! once per iteration.
 //!
 //! Candidates run in parallel, each writing to its own slots, so threads cannot change the result. All buffers are made
 //! at the start. Poses are not kept: the winner is simulated again when it is asked for, which gives the same bits.
 //!
-//! A round needs its best candidates only. Large rounds go in waves, and what is sure to cost more than the worst of the best up
-//! to then is given up, as placed or after step τ (`energy::least`): the best stay the same to the bit.
+//! A round needs its best candidates only. Large rounds go in waves, and what is sure to cost more than the worst of
+//! the best up to then is given up, as placed or after step τ (`energy::least`): the best stay the same to the bit.
 
 use super::{
     best::best,
@@ -39,9 +39,10 @@ pub trait Rollout: Sync {
     /// Makes the buffers of one thread.
     fn scratch(&self) -> Self::Scratch;
 
-    /// Simulates so many steps from `placed` (one pose a body, candidate after candidate), at rest at first, and fills the
-    /// candidates' `records`. It may ask at placement (with a snapshot of noughts) and after step τ whether a candidate goes on. The
-    /// record of one that does not says so by fewer `steps`, and what had gone wrong until then; else `steps` is as it was.
+    /// Simulates so many steps from `placed` (one pose a body, candidate after candidate), at rest at first, and fills
+    /// the candidates' `records`. It may ask at placement (with a snapshot of noughts) and after step τ whether a
+    /// candidate goes on. The record of one that does not says so by fewer `steps`, and what had gone wrong until then;
+    /// else `steps` is as it was.
     fn run(
         &self,
         scratch: &mut Self::Scratch,
@@ -86,8 +87,8 @@ impl Found {
     const NOTHING: Self = Self { energy: Winner::NONE.energy, status: Status(0), steps: 0 };
 }
 
-/// Fewest candidates of a wave (of the last one fewer), and most waves of a round. At the end of each, threads wait for one
-/// another; and 64 of them are to have all of their lanes full.
+/// Fewest candidates of a wave (of the last one fewer), and most waves of a round. At the end of each, threads wait for
+/// one another; and 64 of them are to have all of their lanes full.
 const LEAST_WAVE: usize = 1024;
 const MOST_WAVES: usize = 8;
 
@@ -184,8 +185,8 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
         });
     }
 
-    /// Simulates the chosen candidates of a round in waves and ranks them; all others are out. Gives how many of the best `wanted`,
-    /// which alone matter, are usable.
+    /// Simulates the chosen candidates of a round in waves and ranks them; all others are out. Gives how many of the
+    /// best `wanted`, which alone matter, are usable.
     fn play(&mut self, round: usize, wanted: usize) -> usize {
         self.energies.iter_mut().for_each(|energy| energy.total = f32::INFINITY);
         let steps = self.rounds[round].steps;
@@ -220,7 +221,8 @@ impl<'a, R: Rollout> CpuSearch<'a, R> {
 }
 
 impl<S> Worker<S> {
-    /// Runs the candidates with these adjustments for so many steps, but those that are sure to cost more than a cutoff.
+    /// Runs the candidates with these adjustments for so many steps, but those that are sure to cost more than a
+    /// cutoff.
     fn evaluate<'d, R: Rollout<Scratch = S>>(
         &mut self,
         world: &World,

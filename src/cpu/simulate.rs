@@ -27,8 +27,8 @@ pub struct Workspace {
     pub(super) contacts: ContactSet,
 }
 
-/// What collision detection needs while it looks at one candidate. A group's candidates share it, because what is not touched
-/// stays in the processor's cache.
+/// What collision detection needs while it looks at one candidate. A group's candidates share it, because what is not
+/// touched stays in the processor's cache.
 #[derive(Debug, Default)]
 pub struct Scratch {
     /// What the candidate had in the last substep.

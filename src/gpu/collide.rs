@@ -1,7 +1,7 @@
 //! From poses to the separations of hulls: broad phase and separating axes, of all candidates at once.
 //!
-//! What a substep hands to the next, the axis of each hull pair, lies in two tables that change roles: a substep of parity
-//! 0 writes table 0 and reads table 1, and the other way round.
+//! What a substep hands to the next, the axis of each hull pair, lies in two tables that change roles: a substep of
+//! parity 0 writes table 0 and reads table 1, and the other way round.
 
 use super::buffer::Buffer;
 use super::device::{Gpu, GpuError};
@@ -21,8 +21,8 @@ pub struct Collide {
     pub marks: Buffer<Mark>,
     /// `[candidates][pairs]`
     pub pair_counts: Buffer<u32>,
-    /// By parity, `[candidates][pairs + 1]`: where a body pair's hull pairs begin; the last is their number, which goes on
-    /// past the slots.
+    /// By parity, `[candidates][pairs + 1]`: where a body pair's hull pairs begin; the last is their number, which goes
+    /// on past the slots.
     pub pair_starts: [Buffer<u32>; 2],
     /// Largest number of hull pairs since `reset`, `[candidates]`.
     pub most_hull_pairs: Buffer<u32>,
@@ -239,8 +239,8 @@ impl Collide {
         &self.measuring
     }
 
-    /// Measures the deepest overlap of each body pair at the present poses, into `depths` (m, 0 if apart). The next substep
-    /// knows no hull pairs and keeps no contacts.
+    /// Measures the deepest overlap of each body pair at the present poses, into `depths` (m, 0 if apart). The next
+    /// substep knows no hull pairs and keeps no contacts.
     pub fn measure(&self, recorder: &mut Recorder<'_>, depths: &Buffer<f32>) {
         self.forget(recorder);
         recorder.run(&self.measuring);

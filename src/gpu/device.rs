@@ -1,6 +1,7 @@
 //! The opened adapter, and how it fails.
 //!
-//! All its limits are asked for, and of the optional features those that save or measure time. A missing Vulkan loader, driver or limit is an error with its remedy, never a panic.
+//! All its limits are asked for, and of the optional features those that save or measure time. A missing Vulkan loader,
+//! driver or limit is an error with its remedy, never a panic.
 
 use super::adapter::{AdapterChoice, AdapterKind, AdapterReport, enumerate, instance};
 use super::pipelines::Pipelines;
@@ -25,8 +26,8 @@ const OPTIONAL: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES)
     .union(wgpu::Features::PIPELINE_CACHE);
 
-/// How often Mesa's software driver lets all loops of an invocation together go round, less a few: after 65,535 times it ends
-/// every loop, without a word.
+/// How often Mesa's software driver lets all loops of an invocation together go round, less a few: after 65,535 times
+/// it ends every loop, without a word.
 const SOFTWARE_LOOPS: u32 = 65_000;
 
 /// How long a submission may take: desktops reset a graphics card that does not answer for seconds, and stutter before.
@@ -70,11 +71,11 @@ pub struct Options {
     pub adapter: AdapterChoice,
     /// Directory for compiled kernels; none: they are compiled at every start.
     pub cache: Option<PathBuf>,
-    /// Simulates so many times fewer candidates at a time, and submits as much less at once, than would fit; 0 and 1: as
-    /// many as fit.
+    /// Simulates so many times fewer candidates at a time, and submits as much less at once, than would fit; 0 and 1:
+    /// as many as fit.
     pub split: u32,
-    /// How long a submission may take, for tests; none: `SUBMISSION`, and as long as it takes on software adapters, which
-    /// have no watchdog.
+    /// How long a submission may take, for tests; none: `SUBMISSION`, and as long as it takes on software adapters,
+    /// which have no watchdog.
     pub submission: Option<Duration>,
     /// The device is lost after so many requests to searches, for an iteration or for the winner: a fault for tests.
     pub lost_after: Option<u32>,
@@ -170,8 +171,8 @@ impl Gpu {
         &self.report
     }
 
-    /// True if a candidate can be solved by a workgroup: DirectX's older compiler refuses barriers in loops whose end it does not
-    /// know.
+    /// True if a candidate can be solved by a workgroup: DirectX's older compiler refuses barriers in loops whose end
+    /// it does not know.
     pub fn has_waves(&self) -> bool {
         self.report.api != "Dx12"
     }

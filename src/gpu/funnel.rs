@@ -1,6 +1,8 @@
-//! The rounds of an iteration: which candidates are simulated and for how long, and how they come to the simulation and back.
+//! The rounds of an iteration: which candidates are simulated and for how long, and how they come to the simulation and
+//! back.
 //!
-//! The first round takes all candidates in their order, by copies; the others take those of the first ranks, by kernels.
+//! The first round takes all candidates in their order, by copies; the others take those of the first ranks, by
+//! kernels.
 
 use super::Buffer;
 use super::device::{Gpu, GpuError};
@@ -77,8 +79,8 @@ impl Funnel {
         (0..all).step_by(at_once as usize).map(move |first| Portion { first, count: (all - first).min(at_once) })
     }
 
-    /// Simulates the drawn candidates of `population`, and ranks them after each round but the last. `paces`: of most rounds, and of
-    /// a smaller last one.
+    /// Simulates the drawn candidates of `population`, and ranks them after each round but the last. `paces`: of most
+    /// rounds, and of a smaller last one.
     ///
     /// # Errors
     /// If the device failed.

@@ -1,9 +1,9 @@
-//! The GPU backend: the kernels of `shaders/`, and what runs them on any adapter that wgpu reaches. `raster` draws pictures
-//! by the shaders of `shaders/raster/`.
+//! The GPU backend: the kernels of `shaders/`, and what runs them on any adapter that wgpu reaches. `raster` draws
+//! pictures by the shaders of `shaders/raster/`.
 //!
-//! A kernel `NAME` is `shaders/NAME.wgsl`; its twin is `src/cpu/NAME.rs`, or what its first lines name. The build generates a
-//! struct of all kernels and one struct of buffers for each; `docs/gpu.md` says how the next one is written. Nothing of wgpu
-//! is visible outside this folder.
+//! A kernel `NAME` is `shaders/NAME.wgsl`; its twin is `src/cpu/NAME.rs`, or what its first lines name. The build
+//! generates a struct of all kernels and one struct of buffers for each; `docs/gpu.md` says how the next one is
+//! written. Nothing of wgpu is visible outside this folder.
 
 mod adapter;
 mod backend;

@@ -32,8 +32,8 @@ impl Pipelines {
         Some(Self { cache, file, key, stored: known.map(|content| blake3::hash(&content)) })
     }
 
-    /// Writes what was compiled, if that is news. A directory that cannot be written costs time at the next start, never
-    /// the run.
+    /// Writes what was compiled, if that is news. A directory that cannot be written costs time at the next start,
+    /// never the run.
     ///
     /// # Errors
     /// What keeps it from being written.
@@ -77,8 +77,8 @@ fn content<'a>(bytes: &'a [u8], key: &blake3::Hash) -> Option<&'a [u8]> {
 #[allow(unsafe_code)]
 fn create(device: &wgpu::Device, data: Option<&[u8]>) -> wgpu::PipelineCache {
     let descriptor = wgpu::PipelineCacheDescriptor { label: Some("kernels"), data, fallback: true };
-    // SAFETY: `data` is what `PipelineCache::get_data` gave for an adapter and a driver that call themselves the same: its
-    // keyed hash has just been checked.
+    // SAFETY: `data` is what `PipelineCache::get_data` gave for an adapter and a driver that call themselves the same:
+    // its keyed hash has just been checked.
     unsafe { device.create_pipeline_cache(&descriptor) }
 }
 

@@ -13,7 +13,8 @@ use crate::world::constants::MAX_MANIFOLD_POINTS;
 use crate::world::{CemSettings, MemoryPlan, SearchSettings, World};
 use glam::Vec4;
 
-/// Bytes that a search may take together, where one candidate at a time does not take more: desktops share their memory.
+/// Bytes that a search may take together, where one candidate at a time does not take more: desktops share their
+/// memory.
 const BUDGET: u64 = 2 << 30;
 
 /// What a population's memory is divided by.
@@ -115,8 +116,8 @@ fn tables(world: &World) -> u64 {
         + bytes::<Batch>(1)
 }
 
-/// How many of `candidates` are simulated at a time beside `held` bytes: as many as buffers and budget allow, at least one,
-/// in portions of about the same size.
+/// How many of `candidates` are simulated at a time beside `held` bytes: as many as buffers and budget allow, at least
+/// one, in portions of about the same size.
 pub(super) fn fitting(world: &World, candidates: u32, held: u64, room: Room) -> u32 {
     let largest = simulation(world).iter().map(|(_, bytes)| *bytes).max().unwrap_or(0).max(1);
     let fit = (room.binding / largest).min(BUDGET.saturating_sub(held) / each(world).max(1));
@@ -144,8 +145,8 @@ fn simulator(world: &World, candidates: u32) -> u64 {
     tables(world) + u64::from(candidates) * each(world)
 }
 
-/// Rounds of all loops of an invocation together in what ranks the candidates: the sorting network of `elites`, a workgroup's
-/// share of it, and the two passes of `moments` over the elites.
+/// Rounds of all loops of an invocation together in what ranks the candidates: the sorting network of `elites`, a
+/// workgroup's share of it, and the two passes of `moments` over the elites.
 pub(super) fn ranking_loops(cem: &CemSettings) -> u64 {
     let sorting = SHADERS.iter().find(|shader| shader.name == "elites").map_or(1, |shader| shader.workgroup[0].into());
     let keys = u64::from(cem.drawn().max(2)).next_power_of_two();

@@ -1,8 +1,8 @@
 //! The painter on a graphics adapter: a pass for every light's map of depths, one at half the resolution for the share
 //! of the light that arrives, then one for the picture.
 //!
-//! Vertices are pulled from storage buffers, so that their layout is checked as that of the kernels' is. Edges are smooth
-//! by four samples a pixel. The twin is `cpu::raster`.
+//! Vertices are pulled from storage buffers, so that their layout is checked as that of the kernels' is. Edges are
+//! smooth by four samples a pixel. The twin is `cpu::raster`.
 
 use super::adapter::AdapterChoice;
 use super::device::{Gpu, GpuError};

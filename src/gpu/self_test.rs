@@ -1,8 +1,8 @@
 //! Whether a driver can be trusted: a small batch of known physics, on the device and on the processor.
 //!
 //! A driver that miscompiles a kernel gives wrong layouts without a word. Everything that a run uses is tried: the
-//! simulation of boxes that stand, fall, lean, slide and are pressed down by heavier ones, few, in a block and many, because
-//! different kernels solve these, and one iteration of a search in three rounds.
+//! simulation of boxes that stand, fall, lean, slide and are pressed down by heavier ones, few, in a block and many,
+//! because different kernels solve these, and one iteration of a search in three rounds.
 
 use crate::world::constants::{SELF_TEST_DISTANCE, SELF_TEST_ENERGY, SELF_TEST_NUDGE};
 use crate::world::{
@@ -155,8 +155,8 @@ fn apart(a: &Pose, b: &Pose) -> f32 {
     a.translation.distance(b.translation) + angle_between(a.rotation, b.rotation)
 }
 
-/// How far each of so many bodies may be off because rounding errors grow where it tumbles: as far as a nudge takes it in the
-/// candidate where that is farthest, and once more, because both differ from what is right.
+/// How far each of so many bodies may be off because rounding errors grow where it tumbles: as far as a nudge takes it
+/// in the candidate where that is farthest, and once more, because both differ from what is right.
 fn slack(known: &[Pose], nudged: &[Pose], bodies: usize) -> Vec<f32> {
     let farthest = |body: usize| {
         let rows = known.iter().zip(nudged).skip(body).step_by(bodies);

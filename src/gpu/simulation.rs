@@ -223,8 +223,8 @@ impl Simulation {
         self.collide.measure(recorder, &self.state.depths_placed);
     }
 
-    /// So many steps from the present poses, with what the energy needs. The work is done when this returns, but for what is
-    /// still in the recorder that it gives back.
+    /// So many steps from the present poses, with what the energy needs. The work is done when this returns, but for
+    /// what is still in the recorder that it gives back.
     ///
     /// # Errors
     /// If the device failed.
@@ -258,8 +258,8 @@ impl Simulation {
         Ok(recorder)
     }
 
-    /// The steps, substep by substep and without overlaps; `after_step` records what is wanted of each. The work is done
-    /// as with `run`.
+    /// The steps, substep by substep and without overlaps; `after_step` records what is wanted of each. The work is
+    /// done as with `run`.
     ///
     /// # Errors
     /// If the device failed.

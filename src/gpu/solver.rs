@@ -20,8 +20,8 @@ const WAVE_LANES: u32 = kernels::constants::WAVE_LANES;
 pub enum Way {
     /// An invocation a candidate, kernel `solve`: what software adapters are best at, because they have few units.
     Candidates,
-    /// A workgroup a candidate, kernels `solve_near` and `solve_far`, and what is too large for them as above: cards have
-    /// thousands of units that would wait for memory.
+    /// A workgroup a candidate, kernels `solve_near` and `solve_far`, and what is too large for them as above: cards
+    /// have thousands of units that would wait for memory.
     Waves,
 }
 
@@ -80,8 +80,8 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// Makes the solver's tables for so many candidates and bodies of each; `touching` for even and for odd substeps. `sim`
-    /// with its buffer.
+    /// Makes the solver's tables for so many candidates and bodies of each; `touching` for even and for odd substeps.
+    /// `sim` with its buffer.
     ///
     /// # Errors
     /// If a table is larger than the adapter's buffers.

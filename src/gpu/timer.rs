@@ -67,7 +67,8 @@ impl Timer {
         Some(Self { set, resolved, read, inside, tick, log: RefCell::new(log) })
     }
 
-    /// There will be so many units of work between two collections, each of at most `steps` dispatches in `passes` passes.
+    /// There will be so many units of work between two collections, each of at most `steps` dispatches in `passes`
+    /// passes.
     pub(super) fn expect(&self, [units, steps, passes]: [u32; 3]) {
         let marks = if self.inside { steps + passes } else { 2 * steps };
         let room = (MARKS - SINGLE_MARKS) / marks.max(1);

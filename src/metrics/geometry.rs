@@ -56,7 +56,8 @@ pub fn geometry(scene: (&Scene, &[Mesh]), reference: (&Scene, &[Mesh])) -> Optio
     let surface = Surface::new(&all_theirs)?;
     let [points, points_theirs] = [&all, &all_theirs].map(|triangles| spread(triangles, SAMPLES));
     let few: Vec<DVec3> = points.iter().step_by(SAMPLES / ALIGNING).copied().collect();
-    // Closest points find the nearest optimum: start from where the scene is, and from where the objects of one name are.
+    // Closest points find the nearest optimum: start from where the scene is, and from where the objects of one name
+    // are.
     let guesses = [Some(Pose::IDENTITY), by_names(scene, reference).map(|(motion, _)| motion)];
     let motion = guesses
         .into_iter()

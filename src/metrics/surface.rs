@@ -42,7 +42,8 @@ impl Surface {
         points.par_iter().map(nearest).collect()
     }
 
-    /// True if the two surfaces meet; touching counts. Decided in f64: what rests a micrometre above something is clear.
+    /// True if the two surfaces meet; touching counts. Decided in f64: what rests a micrometre above something is
+    /// clear.
     pub(super) fn meets(&self, other: &Self) -> bool {
         let shift = (other.center - self.center).as_vec3();
         let near = |a: &BvhNode, b: &BvhNode| {

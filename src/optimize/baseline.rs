@@ -19,8 +19,8 @@ pub struct Baseline {
     pub layout: Option<Vec<Pose>>,
 }
 
-/// Projects a scene and simulates what comes of it: to rest as the configuration says, or if it asks for no last descent,
-/// as long and as undamped as a candidate. `shapes` are in the scene's order.
+/// Projects a scene and simulates what comes of it: to rest as the configuration says, or if it asks for no last
+/// descent, as long and as undamped as a candidate. `shapes` are in the scene's order.
 ///
 /// # Errors
 /// A configuration that makes no sense, or a backend that cannot go on.

@@ -21,9 +21,9 @@ pub(super) struct Searched {
     pub kernels: Vec<KernelTime>,
 }
 
-/// Runs all episodes. `second`, if there is one, is another mean to start from: the first iteration is drawn about no move,
-/// the second about that, and the one with the better elites goes on. `on_iteration` sees every iteration and may stop
-/// the search.
+/// Runs all episodes. `second`, if there is one, is another mean to start from: the first iteration is drawn about no
+/// move, the second about that, and the one with the better elites goes on. `on_iteration` sees every iteration and may
+/// stop the search.
 pub(super) fn search(
     backend: &dyn Backend,
     world: &World,

@@ -1,8 +1,8 @@
-//! What a run needs to go on after an interruption: written after every group and before every round of the second opinion,
-//! read by `--resume`.
+//! What a run needs to go on after an interruption: written after every group and before every round of the second
+//! opinion, read by `--resume`.
 //!
-//! Hashes of the scene, the shapes and the configuration guard against going on with something else. Poses are stored as
-//! shortest decimals that read back to the same bits, so a resumed run ends exactly where an uninterrupted one does.
+//! Hashes of the scene, the shapes and the configuration guard against going on with something else. Poses are stored
+//! as shortest decimals that read back to the same bits, so a resumed run ends exactly where an uninterrupted one does.
 
 use super::{Config, GroupRecord, IterationRecord, OptimizeError};
 use crate::scene::{self, Scene};

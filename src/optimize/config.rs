@@ -27,8 +27,8 @@ pub struct Config {
     pub second_opinion: bool,
     /// True: no local groups; every object is searched by itself, all in one search of the whole scene.
     pub global_only: bool,
-    /// True: every search also starts from its group's projection onto what does not overlap, and goes on from the better
-    /// of the two starts.
+    /// True: every search also starts from its group's projection onto what does not overlap, and goes on from the
+    /// better of the two starts.
     pub project: bool,
     /// What a candidate costs.
     pub energy: EnergyWeights,

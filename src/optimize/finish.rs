@@ -106,8 +106,9 @@ impl Run<'_> {
         (global.world(rigs, &self.leant_on, layout, &self.seated), global.starts(rigs, &self.leant_on, layout))
     }
 
-    /// What is written of a layout, and its check, if that can be simulated: with four corners where something bears. What then
-    /// moves farther than with the parts that were searched with keeps these, and if it still does, so does what bears it.
+    /// What is written of a layout, and its check, if that can be simulated: with four corners where something bears.
+    /// What then moves farther than with the parts that were searched with keeps these, and if it still does, so does
+    /// what bears it.
     fn written(&self, global: &Group, layout: &[scene::Pose]) -> Result<(Written, Option<Verified>), BackendError> {
         let check = |written: &Written| {
             let (world, starts) = self.let_go(global, &written.rigs, layout);
@@ -161,8 +162,8 @@ impl Run<'_> {
         Ok((settled.seconds, settled.at_rest))
     }
 
-    /// What became of every object. `otherwise`: whether it stays with its other parts; `overlaps`: deepest overlap with
-    /// another, m.
+    /// What became of every object. `otherwise`: whether it stays with its other parts; `overlaps`: deepest overlap
+    /// with another, m.
     fn assess(
         &self,
         layout: &[scene::Pose],

@@ -95,8 +95,8 @@ pub(super) fn keep(kept: &mut [bool], moving: &[usize], bearer: impl Fn(usize) -
     }
 }
 
-/// The parts of every object of a layout, cut so that the faces with which they bear, on the ground or each other, have four
-/// corners, but for those that are `kept`. All in the scene's order.
+/// The parts of every object of a layout, cut so that the faces with which they bear, on the ground or each other, have
+/// four corners, but for those that are `kept`. All in the scene's order.
 fn parts(shapes: &[Shape], layout: &[Pose], kept: &[bool]) -> Vec<Vec<Part>> {
     let objects = || shapes.iter().zip(layout).enumerate();
     let mut pieces: Vec<Piece> = objects()

@@ -171,7 +171,8 @@ pub struct Outcome {
     pub at_rest: bool,
     /// Walls and ceiling, given or fitted.
     pub room: Room,
-    /// For every object in the scene's order: what was done to put it onto its wall or ceiling; none for what has neither.
+    /// For every object in the scene's order: what was done to put it onto its wall or ceiling; none for what has
+    /// neither.
     pub placements: Vec<Option<Placement>>,
     /// How the meshes themselves lie.
     pub clearances: Clearances,

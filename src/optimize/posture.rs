@@ -23,8 +23,8 @@ pub(super) fn lean(pose: &Pose) -> f64 {
     up_axis(pose).angle_between(DVec3::Y)
 }
 
-/// The pose turned about `center` so that the axis of the mesh which is nearest to the vertical is vertical; none if its
-/// lean, rad, is not within the range.
+/// The pose turned about `center` so that the axis of the mesh which is nearest to the vertical is vertical; none if
+/// its lean, rad, is not within the range.
 pub(super) fn upright(pose: &Pose, center: DVec3, leans: Range<f64>) -> Option<Pose> {
     let axis = up_axis(pose);
     let turn = DQuat::from_rotation_arc(axis, DVec3::Y);

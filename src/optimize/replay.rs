@@ -1,7 +1,7 @@
 //! Any candidate of a finished run once more, from the run's seed.
 //!
-//! Candidates are not stored: the stages before it are searched again, which gives the same bits on the same machine, and
-//! its own stage up to its iteration.
+//! Candidates are not stored: the stages before it are searched again, which gives the same bits on the same machine,
+//! and its own stage up to its iteration.
 
 use super::{Checkpoint, Config, Observer, OptimizeError, cem, run::Run};
 use crate::scene::{self, Scene};

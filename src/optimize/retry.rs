@@ -1,14 +1,14 @@
-//! A run that outlives its device: when one fails, or the scene does not fit onto it, the next simulator goes on from the last
-//! group that was done.
+//! A run that outlives its device: when one fails, or the scene does not fit onto it, the next simulator goes on from
+//! the last group that was done.
 
 use super::{Checkpoint, Config, Event, Observer, OptimizeError, Outcome, run};
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::world::{Backend, BackendError, Flow};
 
-/// As [`run`], with another backend whenever the device of one fails or holds too little: `next` is told the failure and
-/// opens it, or has none left. The result is what resuming from the last checkpoint with the backend that ended the run gives; the outcome's
-/// notes name every change. Also returns that backend.
+/// As [`run`], with another backend whenever the device of one fails or holds too little: `next` is told the failure
+/// and opens it, or has none left. The result is what resuming from the last checkpoint with the backend that ended the
+/// run gives; the outcome's notes name every change. Also returns that backend.
 ///
 /// # Errors
 /// As [`run`]; a backend's failure only if there is no next backend.

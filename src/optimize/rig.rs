@@ -8,8 +8,8 @@ use glam::{DQuat, DVec3, Vec2, Vec3};
 use parry3d::shape::ConvexPolyhedron;
 use std::sync::OnceLock;
 
-/// One object as a rigid body. The body's frame is its centre of mass with principal axes; the object's frame is that of
-/// its scaled mesh.
+/// One object as a rigid body. The body's frame is its centre of mass with principal axes; the object's frame is that
+/// of its scaled mesh.
 #[derive(Clone, Debug)]
 pub struct Rig {
     center: DVec3,
@@ -35,14 +35,15 @@ impl Rig {
         Self::of_parts(&alternative.parts, &alternative.mass)
     }
 
-    /// The same object as engines weigh it that know only what the scene states: without a mass, by the volume of its parts.
+    /// The same object as engines weigh it that know only what the scene states: without a mass, by the volume of its
+    /// parts.
     pub(super) fn with_stated_mass(&self, stated: Option<f64>) -> Self {
         let mass = stated.map_or(EVEN_DENSITY * self.volume, |mass| mass as f32);
         Self { mass, inertia: self.inertia * (mass / self.mass), ..self.clone() }
     }
 
-    /// The same object on ground that falls by `slope` (rad, x and z): with its centre of mass off to that side by what the
-    /// slope makes of its height above its lowest vertex, as it lies at `pose`.
+    /// The same object on ground that falls by `slope` (rad, x and z): with its centre of mass off to that side by what
+    /// the slope makes of its height above its lowest vertex, as it lies at `pose`.
     pub(super) fn on_slope(&self, pose: &scene::Pose, slope: Vec2) -> Self {
         let body = self.body(pose);
         let height = f64::from(body.translation.y - self.lowest(&body));

@@ -61,8 +61,8 @@ pub(super) struct Run<'a> {
     pub placements: Vec<Option<Placement>>,
     /// Walls that bear, in every group's world.
     pub walls: Vec<BodyDef>,
-    /// Those of them that something was set to lean on. Only these are there when a layout is let go: what came to lean on
-    /// another by chance falls wherever there are no walls.
+    /// Those of them that something was set to lean on. Only these are there when a layout is let go: what came to lean
+    /// on another by chance falls wherever there are no walls.
     pub leant_on: Vec<BodyDef>,
     pub groups: Vec<Group>,
     pub backend: &'a dyn Backend,

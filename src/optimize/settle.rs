@@ -92,8 +92,8 @@ impl Rest {
     }
 }
 
-/// Calls `simulate` with the ranges of poses of as many candidates at a time as the backend says that it simulates, and of
-/// fewer from where it has too little room for their contacts. A range may come twice.
+/// Calls `simulate` with the ranges of poses of as many candidates at a time as the backend says that it simulates, and
+/// of fewer from where it has too little room for their contacts. A range may come twice.
 pub(super) fn in_portions(
     backend: &dyn Backend,
     world: &World,

@@ -1,8 +1,9 @@
 //! Does everything still stand on what the scene says it stands on?
 //!
-//! An object is borne by its parent if it touches it from above, or if it so touches a sibling that is borne: the second
-//! book of a pile stands on the desk through the first. What leans against the side of a table, or hangs over its edge down
-//! to the ground, is not on the table. Only what hangs on its parent or is fastened to it may touch it from anywhere.
+//! An object is borne by its parent if it touches it from above, or if it so touches a sibling that is borne: the
+//! second book of a pile stands on the desk through the first. What leans against the side of a table, or hangs over
+//! its edge down to the ground, is not on the table. Only what hangs on its parent or is fastened to it may touch it
+//! from anywhere.
 
 use super::rig::Rig;
 use super::tolerances::{BEARS_WITHIN, UPWARD};
@@ -29,8 +30,8 @@ impl<'a> Placed<'a> {
         Self { pose: isometry, parts: rig.solids().iter().map(bounded).collect(), lowest: rig.lowest(pose) }
     }
 
-    /// True if the other touches this from above and does not stand with a foot on the ground below; or for what hangs or is
-    /// attached, if it touches this anywhere.
+    /// True if the other touches this from above and does not stand with a foot on the ground below; or for what hangs
+    /// or is attached, if it touches this anywhere.
     pub fn bears(&self, other: &Self, relation: Relation) -> bool {
         let from_anywhere = matches!(relation, Relation::Hanging | Relation::Attached);
         let on_ground = other.lowest <= BEARS_WITHIN;

@@ -20,8 +20,8 @@ pub enum Viewpoint {
     /// From where most is seen.
     #[default]
     Auto,
-    /// From a direction, near enough that the scene fills the picture: degrees around the vertical, 0 from +Z (in a file
-    /// with Z up: from −Y), 90 from +X, and degrees above the horizon.
+    /// From a direction, near enough that the scene fills the picture: degrees around the vertical, 0 from +Z (in a
+    /// file with Z up: from −Y), 90 from +X, and degrees above the horizon.
     Toward {
         /// Any finite number.
         azimuth: f64,

@@ -92,8 +92,8 @@ pub struct View {
     pub open: [Vec4; 10],
 }
 
-/// A unit vector in two numbers from −1 to 1 (Cigolle and others, "A survey of efficient representations for independent
-/// unit vectors", 2014).
+/// A unit vector in two numbers from −1 to 1 (Cigolle and others, "A survey of efficient representations for
+/// independent unit vectors", 2014).
 pub fn pack_normal(n: Vec3) -> u32 {
     let n = n / (n.x.abs() + n.y.abs() + n.z.abs()).max(f32::MIN_POSITIVE);
     let folded = |a: f32, b: f32| (1.0 - b.abs()).copysign(a);

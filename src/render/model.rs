@@ -31,7 +31,8 @@ pub struct Models {
 }
 
 impl Models {
-    /// Reads the meshes of a scene that are not there yet, in parallel. Returns what the user should know of their look.
+    /// Reads the meshes of a scene that are not there yet, in parallel. Returns what the user should know of their
+    /// look.
     ///
     /// # Errors
     /// The first object, in the scene's order, whose mesh cannot be read, with its name.

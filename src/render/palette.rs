@@ -26,8 +26,8 @@ const COLORS: [[f32; 3]; 20] = [
     [290.0, 0.72, 0.10],
 ];
 
-/// Linear colours for objects of these names. Each name has a colour of its own choice; of two that choose the same, the
-/// later in the alphabet takes the next free one, so that neither the order of the objects nor their places matter.
+/// Linear colours for objects of these names. Each name has a colour of its own choice; of two that choose the same,
+/// the later in the alphabet takes the next free one, so that neither the order of the objects nor their places matter.
 pub fn colors(names: &[&str]) -> Vec<Vec4> {
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by_key(|&i| names[i]);

@@ -7,13 +7,13 @@ use glam::DVec3;
 const MEETING: f64 = 2.0;
 /// How far a wall goes beyond the objects, share of the scene's half extent.
 const BEYOND: f64 = 0.12;
-/// Share of the objects wholly below the ground, by more than `DEEP` (m), from which on it cannot be the ground that they
-/// stand on.
+/// Share of the objects wholly below the ground, by more than `DEEP` (m), from which on it cannot be the ground that
+/// they stand on.
 const BURIED: f64 = 0.2;
 const DEEP: f64 = 0.02;
 
-/// Height at which the ground is drawn: 0, or under the objects (given by their boxes) where too many would be hidden, as
-/// it is before a reconstruction is turned upright. Single ones that are sunk or lost stay so.
+/// Height at which the ground is drawn: 0, or under the objects (given by their boxes) where too many would be hidden,
+/// as it is before a reconstruction is turned upright. Single ones that are sunk or lost stay so.
 pub fn floor_height<'a>(boxes: impl Iterator<Item = &'a [DVec3; 2]> + Clone) -> f64 {
     let buried = boxes.clone().filter(|[_, high]| high.y < -DEEP).count();
     if (buried as f64) <= BURIED * boxes.clone().count() as f64 {

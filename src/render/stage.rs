@@ -18,7 +18,8 @@ const FAR: f64 = 8.0;
 const GROUND: f32 = 3.4;
 /// How far below its height the ground is drawn over the scene's half extent.
 const SUNK: f32 = 1e-4;
-/// About the longest edge of the triangles of a wall over the scene's half extent, and how often an edge may be halved for that.
+/// About the longest edge of the triangles of a wall over the scene's half extent, and how often an edge may be halved
+/// for that.
 const WALL_CELL: f32 = 0.04;
 const MAX_HALVINGS: f32 = 6.0;
 /// Opacity of objects that stand for walls.

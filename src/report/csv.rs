@@ -4,8 +4,8 @@ use crate::optimize::Outcome;
 use crate::world::Status;
 use std::fmt::Write;
 
-/// The iterations of all groups. Energies are weighted sums in `best`, `iteration_best` and `elite_mean`; the four terms
-/// of the best candidate are unweighted. An energy that does not exist (no usable candidate) is an empty field.
+/// The iterations of all groups. Energies are weighted sums in `best`, `iteration_best` and `elite_mean`; the four
+/// terms of the best candidate are unweighted. An energy that does not exist (no usable candidate) is an empty field.
 pub fn energy_csv(outcome: &Outcome) -> String {
     let mut text =
         String::from("group,name,iteration,best,stability,velocity,penetration,layout,iteration_best,elite_mean");

@@ -1,5 +1,5 @@
-//! What a run leaves for people and their tools: the report, also as a page, the energies as a table, the convex parts as files,
-//! the states of a simulation over time, tables and curves of measurements.
+//! What a run leaves for people and their tools: the report, also as a page, the energies as a table, the convex parts
+//! as files, the states of a simulation over time, tables and curves of measurements.
 
 mod ablation;
 mod chart;

@@ -1,6 +1,7 @@
 //! Tables of text for people.
 
-/// Rows with their columns aligned: the first to the left, the others, numbers, to the right. No line end after the last.
+/// Rows with their columns aligned: the first to the left, the others, numbers, to the right. No line end after the
+/// last.
 pub fn aligned(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|c| c.chars().count()).max();

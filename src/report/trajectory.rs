@@ -9,8 +9,8 @@ use serde::ser::{Serialize, SerializeStruct, Serializer};
 /// `{"dt", "objects": [{"name", "poses": [[px, py, pz, qx, qy, qz, qw]], "velocities": [[vx, vy, vz, wx, wy, wz]]}]}`
 /// row by row, without a second copy in memory; the first row of each list is the start.
 ///
-/// Everything is in the frame of the scene's file: its unit of length, its up axis, its ground height. A pose is that of
-/// the object, as `scene.json` states it; a velocity is that of its centre of mass, in units/s and rad/s.
+/// Everything is in the frame of the scene's file: its unit of length, its up axis, its ground height. A pose is that
+/// of the object, as `scene.json` states it; a velocity is that of its centre of mass, in units/s and rad/s.
 pub struct Trajectory<'a> {
     scene: &'a Scene,
     rigs: &'a [Rig],

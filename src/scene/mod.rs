@@ -1,8 +1,8 @@
 //! The document: objects, poses and support tree of a `scene.json`, in metres, Y up, ground at y = 0.
 //!
-//! Reading (`read`, `fields`, `object`, `support`, `tree`) turns the file into checked objects and converts its frame (`frame`);
-//! writing (`write`) puts the changed poses back into the document as it came, so that nothing that this program does
-//! not know is lost. Every error names file, object, field and remedy (`error`).
+//! Reading (`read`, `fields`, `object`, `support`, `tree`) turns the file into checked objects and converts its frame
+//! (`frame`); writing (`write`) puts the changed poses back into the document as it came, so that nothing that this
+//! program does not know is lost. Every error names file, object, field and remedy (`error`).
 
 mod error;
 mod fields;

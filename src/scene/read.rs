@@ -24,7 +24,8 @@ impl Scene {
         Self::read_as(&file, |content| Ok((content.clone(), Vec::new())))
     }
 
-    /// Reads a file of another format, which `convert` turns into a document of ours and what the user should know of it.
+    /// Reads a file of another format, which `convert` turns into a document of ours and what the user should know of
+    /// it.
     pub(crate) fn read_as(
         file: &Path,
         convert: impl Fn(&Value) -> Result<(Value, Vec<String>), SceneError>,

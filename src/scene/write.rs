@@ -6,7 +6,8 @@ use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
 impl Scene {
-    /// The document as it came, with the poses, room, masses and convex parts that changed, and paths that are valid from `dir`.
+    /// The document as it came, with the poses, room, masses and convex parts that changed, and paths that are valid
+    /// from `dir`.
     ///
     /// Frame, unknown fields, order of fields and the numbers of whatever did not change are kept. The same scene and
     /// folder give the same bytes. `dir` need not exist yet; poses have to be finite.

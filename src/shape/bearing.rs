@@ -1,8 +1,8 @@
 //! Surfaces on which things rest: parts that follow them more closely.
 //!
 //! A convex part over a hollow (a worn table top, a plate) spans it, and what rests there floats above the mesh by the
-//! depth of the hollow. So pieces of objects that bear others are cut further, in two or in four, until no part stands far
-//! above the surface under it.
+//! depth of the hollow. So pieces of objects that bear others are cut further, in two or in four, until no part stands
+//! far above the surface under it.
 
 use super::cluster::Cluster;
 use super::solid::Solid;
@@ -95,8 +95,8 @@ impl Cover {
         Self { cluster, depth, waste }
     }
 
-    /// The piece cut in two across the horizontal direction that leaves least; in four if that alone helps, as where it sags
-    /// both ways. None if nothing helps.
+    /// The piece cut in two across the horizontal direction that leaves least; in four if that alone helps, as where it
+    /// sags both ways. None if nothing helps.
     fn cut(&self, solid: &Solid, up: Vec3) -> Option<Vec<Self>> {
         let (u, v) = up.any_orthonormal_pair();
         let ways: [&[Vec3]; 3] = [&[u], &[v], &[u, v]];

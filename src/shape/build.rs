@@ -25,8 +25,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
 const ALGORITHM: &str = "shape 43";
-/// What the cache holds of a shape: all but the mass, which depends on the category, and the alternatives, which have an entry
-/// of their own.
+/// What the cache holds of a shape: all but the mass, which depends on the category, and the alternatives, which have
+/// an entry of their own.
 #[derive(Clone, Serialize, Deserialize)]
 struct Entry {
     own: Body,
@@ -64,8 +64,8 @@ impl Body {
     }
 }
 
-/// Makes the shapes of all requests, in parallel and in order. `progress` is called with (done, total, name) after each,
-/// from any thread.
+/// Makes the shapes of all requests, in parallel and in order. `progress` is called with (done, total, name) after
+/// each, from any thread.
 ///
 /// # Errors
 /// The first request, in order, whose mesh or parts cannot be read or hold nothing.

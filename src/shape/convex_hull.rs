@@ -50,8 +50,9 @@ pub fn convex_hull(points: &[Vec3]) -> Option<HullMesh> {
     (vertices.len() >= 4 && triangles.len() >= 4).then_some((vertices, triangles))
 }
 
-/// parry's hull of points, if it is right. Where many points lie in one plane its triangles fold over, or leave corners out,
-/// now and then: a piece of a round foot has lost 7 % of its volume. Points that are shaken a little lie in no plane.
+/// parry's hull of points, if it is right. Where many points lie in one plane its triangles fold over, or leave corners
+/// out, now and then: a piece of a round foot has lost 7 % of its volume. Points that are shaken a little lie in no
+/// plane.
 pub(super) fn sound_hull(points: &[Vec3]) -> Option<HullMesh> {
     let plain = try_convex_hull(points).ok().filter(|hull| is_sound(hull, points, OFF));
     let shaken = |round| shaken_hull(points, round).filter(|hull| is_sound(hull, points, OFF_SHAKEN));
@@ -80,8 +81,9 @@ fn originals(vertices: &[Vec3], moved: &[Vec3], points: &[Vec3]) -> Option<Vec<V
     vertices.iter().map(|v| moved.iter().position(|m| m == v).map(|i| points[i])).collect()
 }
 
-/// True if no point lies above a triangle, and the triangles close. What is above counts as the tetrahedron between triangle
-/// and farthest point: so much may the volume be off. The normals of a closed surface, times its areas, add up to nothing.
+/// True if no point lies above a triangle, and the triangles close. What is above counts as the tetrahedron between
+/// triangle and farthest point: so much may the volume be off. The normals of a closed surface, times its areas, add up
+/// to nothing.
 fn is_sound((vertices, triangles): &HullMesh, points: &[Vec3], share: f64) -> bool {
     let origin = vertices.first().copied().unwrap_or_default().as_dvec3();
     let (mut volume, mut above, mut area, mut gap) = (0.0, 0.0, 0.0, DVec3::ZERO);

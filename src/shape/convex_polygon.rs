@@ -2,7 +2,8 @@
 
 use glam::DVec2;
 
-/// The convex polygon around points, counter-clockwise (Andrew's monotone chain); of fewer than three the points themselves.
+/// The convex polygon around points, counter-clockwise (Andrew's monotone chain); of fewer than three the points
+/// themselves.
 pub(crate) fn convex_polygon(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();

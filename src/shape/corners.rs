@@ -1,8 +1,8 @@
 //! Faces that bear have four corners.
 //!
-//! parry, and Rapier with it, makes the contacts of a face from the first four corners of its outline, wherever these are: a
-//! foot with rounded ends stands on one of them there, and a desk falls over. So a part is cut until what is left of the
-//! outline of the face that bears has no more than four corners, and corners that hardly matter go.
+//! parry, and Rapier with it, makes the contacts of a face from the first four corners of its outline, wherever these
+//! are: a foot with rounded ends stands on one of them there, and a desk falls over. So a part is cut until what is
+//! left of the outline of the face that bears has no more than four corners, and corners that hardly matter go.
 
 use super::Part;
 use super::convex_hull::suits_parry;
@@ -14,8 +14,8 @@ use super::tolerances::corners::{
 use glam::{Vec2, Vec3};
 use parry3d::shape::ConvexPolyhedron;
 
-/// The part as pieces whose faces `towards` these directions (unit vectors, the part's frame) have at most four corners, as
-/// far as three cuts in a row and eight pieces allow. The part itself where they have.
+/// The part as pieces whose faces `towards` these directions (unit vectors, the part's frame) have at most four
+/// corners, as far as three cuts in a row and eight pieces allow. The part itself where they have.
 pub fn four_cornered(part: &Part, towards: &[Vec3]) -> Vec<Part> {
     let mut pieces = vec![part.vertices.clone()];
     for &direction in towards {
@@ -72,8 +72,8 @@ fn polygon_area(corners: &[Vec2]) -> f32 {
     0.5 * edges.map(|(a, b)| (*a - corners[0]).perp_dot(*b - corners[0])).sum::<f32>().abs()
 }
 
-/// Four corners of a convex polygon outside which the others lie least far: for each diagonal the farthest corner on either side
-/// is looked at. And the area between them.
+/// Four corners of a convex polygon outside which the others lie least far: for each diagonal the farthest corner on
+/// either side is looked at. And the area between them.
 fn best_quad(corners: &[Vec2]) -> (f32, [usize; MOST]) {
     let count = corners.len();
     let mut best = (f32::INFINITY, 0.0, [0, 1, 2, 3]);
@@ -115,8 +115,8 @@ fn is_borne(outline: &[Vec3], [a, b, c, d]: [Vec3; MOST], direction: Vec3) -> bo
     outline.iter().all(|corner| outward.dot(*corner) <= plane + BEYOND)
 }
 
-/// The diagonals of a convex polygon: first those that have enough of it on either side, by how evenly they part its corners
-/// and by their length; then the others, by what they have on their smaller side.
+/// The diagonals of a convex polygon: first those that have enough of it on either side, by how evenly they part its
+/// corners and by their length; then the others, by what they have on their smaller side.
 fn across(corners: &[Vec2]) -> Vec<[usize; 2]> {
     let count = corners.len();
     let whole = polygon_area(corners);

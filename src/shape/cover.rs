@@ -1,8 +1,9 @@
 //! Grows a reduced hull until it covers what it stands for, and divides what a few dozen vertices cannot follow.
 //!
-//! A part of 64 vertices within a pear lies up to 5 mm below its skin: pears that rest on such parts sink into each other
-//! by as much. So the faces of the reduced hull are pushed out to the full hull's support, and the vertices follow them
-//! by the shortest way. Horizontal faces that are tight already stay where they are: they are feet, tops and boards.
+//! A part of 64 vertices within a pear lies up to 5 mm below its skin: pears that rest on such parts sink into each
+//! other by as much. So the faces of the reduced hull are pushed out to the full hull's support, and the vertices
+//! follow them by the shortest way. Horizontal faces that are tight already stay where they are: they are feet, tops
+//! and boards.
 
 use super::ShapeSettings;
 use super::cluster::Cluster;
@@ -37,7 +38,8 @@ impl Fitted {
         Self { cluster, part, growth, tolerated, blind: 0, done: false }
     }
 
-    /// Its two sides, cut across the middle of that side of its box which leaves them standing out least, if that helps.
+    /// Its two sides, cut across the middle of that side of its box which leaves them standing out least, if that
+    /// helps.
     fn halves(&self, solid: &Solid, levels: &Levels, settings: &ShapeSettings) -> Option<[Self; 2]> {
         let growth = |halves: &[Self; 2]| halves[0].growth.max(halves[1].growth);
         let cuts = Vec3::AXES.into_iter().filter_map(|axis| match self.cluster.halves(axis, solid) {
@@ -65,8 +67,9 @@ pub(super) fn covering(full: &Hull, levels: &Levels, settings: &ShapeSettings) -
     if growth > LEAST_GROWTH && part.vertices.len() < most { fitted(most) } else { (part, growth) }
 }
 
-/// The pieces' hulls with at most so many vertices as a part may have. A convex object of no more is its own part. If parts are
-/// to cover what they stand for, pieces whose hulls would grow most are cut while there are fewer than `most` parts.
+/// The pieces' hulls with at most so many vertices as a part may have. A convex object of no more is its own part. If
+/// parts are to cover what they stand for, pieces whose hulls would grow most are cut while there are fewer than `most`
+/// parts.
 pub(super) fn fit(
     clusters: Vec<Cluster>,
     solid: &Solid,
@@ -131,8 +134,8 @@ fn moved(hull: &Hull, full: &Hull, levels: &Levels) -> Vec<Vec3> {
     follow(hull, &faces).into_iter().map(keep_level).collect()
 }
 
-/// The vertices of `hull`, each moved by the shortest way to where the faces around it will be: their planes, how far each
-/// is pushed outwards (m), and whether it must not be passed.
+/// The vertices of `hull`, each moved by the shortest way to where the faces around it will be: their planes, how far
+/// each is pushed outwards (m), and whether it must not be passed.
 pub(super) fn follow(hull: &Hull, faces: &[(Vec4, f32, bool)]) -> Vec<Vec3> {
     let size = hull.bounds().1.distance(hull.bounds().0);
     (hull.vertices.iter())

@@ -20,8 +20,8 @@ use super::split::{Piece, components, split};
 use super::tolerances::decompose::{CAKE_COMPONENTS, COMPARTMENT, CONVEX, SHARED};
 use glam::Vec3;
 
-/// Convex parts of the triangles (scaled, m) whose hulls cover the surface: at most `budget`, or more where so few do not
-/// follow it, above all where things rest on it if it `bears` any.
+/// Convex parts of the triangles (scaled, m) whose hulls cover the surface: at most `budget`, or more where so few do
+/// not follow it, above all where things rest on it if it `bears` any.
 pub(super) fn decompose(
     triangles: &[[Vec3; 3]],
     solid: &Solid,

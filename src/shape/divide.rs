@@ -1,7 +1,7 @@
 //! Cuts hulls of too many vertices into several of fewer, so that none of their surface is lost.
 //!
-//! A part that somebody made is what they want to be simulated. A ball of which only 64 of 642 corners are kept is smaller
-//! by a twentieth and lies on other facets.
+//! A part that somebody made is what they want to be simulated. A ball of which only 64 of 642 corners are kept is
+//! smaller by a twentieth and lies on other facets.
 
 use super::hull::{Hull, plane_sides};
 use super::tolerances::divide::MOST_PIECES;

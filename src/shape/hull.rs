@@ -125,8 +125,8 @@ impl Hull {
     }
 }
 
-/// Corners and outward triangles of the convex hull of any points (m): flat ones are thickened, dense ones thinned. `None`
-/// without points.
+/// Corners and outward triangles of the convex hull of any points (m): flat ones are thickened, dense ones thinned.
+/// `None` without points.
 pub fn solid_hull(points: &[Vec3]) -> Option<HullMesh> {
     Hull::new(points).map(|hull| (hull.vertices, hull.triangles))
 }
@@ -171,8 +171,8 @@ pub(super) fn directions(count: usize) -> Vec<Vec3> {
     Vec3::AXES.into_iter().flat_map(|a| [a, -a]).chain(spread).collect()
 }
 
-/// For every direction the index of the point farthest along it, the first of equals; with the widest vectors that the processor
-/// has, because a decomposition asks for millions.
+/// For every direction the index of the point farthest along it, the first of equals; with the widest vectors that the
+/// processor has, because a decomposition asks for millions.
 pub(super) fn supports(points: &[Vec3], directions: &[Vec3]) -> Vec<u32> {
     dispatch!(Level::new(), simd => simd.vectorize(
         #[inline(always)]

@@ -44,8 +44,8 @@ fn outer(a: DVec3) -> DMat3 {
 
 /// Mass properties of the parts for a mass of 1 kg.
 ///
-/// What parts share counts in each of them: so weigh the engines into which they are loaded (the parts are made to share
-/// little), and a body whose centre of mass is elsewhere there would tip over there and not here.
+/// What parts share counts in each of them: so weigh the engines into which they are loaded (the parts are made to
+/// share little), and a body whose centre of mass is elsewhere there would tip over there and not here.
 pub(super) fn of_parts(parts: &[Hull]) -> MassProperties {
     let mut sum = Moments { volume: 0.0, first: DVec3::ZERO, second: DMat3::ZERO };
     for part in parts {

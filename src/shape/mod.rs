@@ -66,8 +66,8 @@ pub struct Part {
     pub vertices: Vec<Vec3>,
 }
 
-/// Another decomposition of the same mesh, shrunk onto its surface as most tools make them: what stands only on the facets of
-/// one set of parts does not stand.
+/// Another decomposition of the same mesh, shrunk onto its surface as most tools make them: what stands only on the
+/// facets of one set of parts does not stand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alternative {
     /// Convex parts, largest first.
@@ -83,8 +83,8 @@ pub struct Shape {
     pub parts: Vec<Part>,
     /// Mass, centre and inertia of the parts at uniform density.
     pub mass: MassProperties,
-    /// Two others: by the same method, and by V-HACD; the parts themselves where one finds nothing. None where `ShapeSettings`
-    /// want none.
+    /// Two others: by the same method, and by V-HACD; the parts themselves where one finds nothing. None where
+    /// `ShapeSettings` want none.
     pub alternatives: Vec<Alternative>,
     /// The scaled mesh, m.
     pub surface: Mesh,

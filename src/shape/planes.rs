@@ -1,7 +1,7 @@
 //! Where to cut a piece: at the plane whose two sides cost least, or along its largest face.
 //!
-//! Candidate planes are evenly spaced and, above all, the planes of large flat facets: the underside of a table top is where it
-//! parts from its legs.
+//! Candidate planes are evenly spaced and, above all, the planes of large flat facets: the underside of a table top is
+//! where it parts from its legs.
 
 use super::hull::{Hull, directions, plane_sides};
 use super::solid::Solid;

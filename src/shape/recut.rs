@@ -1,7 +1,7 @@
 //! Parts that reach into each other, cut anew.
 //!
-//! A merged part spans what lies between its pieces, also where another part is. Such two are joined and cut by one plane,
-//! so that they share nothing, if that bulges and holds less in all.
+//! A merged part spans what lies between its pieces, also where another part is. Such two are joined and cut by one
+//! plane, so that they share nothing, if that bulges and holds less in all.
 
 use super::cluster::Cluster;
 use super::hull::{Hull, directions, plane_sides};

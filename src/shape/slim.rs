@@ -1,7 +1,7 @@
 //! Parts that hold much free space, cut further: what they hold has weight.
 //!
-//! Parts that bridge the bars of a chair's back weigh what is between them, and a bowl's wedges weigh what is within their
-//! chords. So the chair would tip at 17° instead of 20°, and the bowl lean to the side with fewer wedges.
+//! Parts that bridge the bars of a chair's back weigh what is between them, and a bowl's wedges weigh what is within
+//! their chords. So the chair would tip at 17° instead of 20°, and the bowl lean to the side with fewer wedges.
 
 use super::cluster::Cluster;
 use super::mass;

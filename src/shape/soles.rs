@@ -1,17 +1,17 @@
 //! Flat soles: where an object can stand, its parts end in one plane.
 //!
 //! The foot of a scanned vase is a dozen small triangles a few tenths of a millimetre apart, and it stands on three of
-//! their corners. That is stable, but engines that make contacts between one face of each part (PhysX does) see it stand on one
-//! triangle, then on another, and let it rock away. What lies that little above the plane on which an object rests is let
-//! down onto it: a lower corner bears the object already, so it stands where it stood.
+//! their corners. That is stable, but engines that make contacts between one face of each part (PhysX does) see it
+//! stand on one triangle, then on another, and let it rock away. What lies that little above the plane on which an
+//! object rests is let down onto it: a lower corner bears the object already, so it stands where it stood.
 
 use super::hull::Hull;
 use super::tolerances::soles::{DEPTH, DIRECTIONS, FLAT, HALVINGS, SLOPE};
 use glam::{Vec2, Vec3, Vec4};
 use std::f32::consts::TAU;
 
-/// The parts of an object whose centre of mass is at `center`, with their vertices let down onto the planes on which it can
-/// rest, those first that are nearest to the centre.
+/// The parts of an object whose centre of mass is at `center`, with their vertices let down onto the planes on which it
+/// can rest, those first that are nearest to the centre.
 pub(super) fn flattened(hulls: Vec<Hull>, center: Vec3) -> Vec<Hull> {
     let mut parts: Vec<Vec<Vec3>> = hulls.iter().map(|hull| hull.vertices.clone()).collect();
     let Some(whole) = Hull::new(&parts.concat()) else { return hulls };
@@ -45,8 +45,8 @@ pub(super) fn flattened(hulls: Vec<Hull>, center: Vec3) -> Vec<Hull> {
     hulls.into_iter().zip(parts).zip(moved).map(flattened).collect()
 }
 
-/// How far points in a plane reach around the point of it below the centre, in the direction in which they reach least, m;
-/// negative if it lies outside.
+/// How far points in a plane reach around the point of it below the centre, in the direction in which they reach least,
+/// m; negative if it lies outside.
 fn reach(points: impl Iterator<Item = Vec3>, plane: Vec4, center: Vec3) -> f32 {
     let (u, v) = plane.truncate().any_orthonormal_pair();
     let mut supports = [f32::NEG_INFINITY; DIRECTIONS];

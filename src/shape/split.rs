@@ -1,7 +1,7 @@
 //! Top-down: from triangles to convex-ish pieces, each with exactly the surface that lies in it.
 //!
-//! Triangles are clipped exactly, so that every hull's vertices lie on the mesh, or deep in the solid, and the hulls together
-//! cover it. What a cut disconnects (four legs) falls apart at once.
+//! Triangles are clipped exactly, so that every hull's vertices lie on the mesh, or deep in the solid, and the hulls
+//! together cover it. What a cut disconnects (four legs) falls apart at once.
 
 use super::hull::{Hull, plane_sides, supports};
 use super::solid::Solid;
@@ -50,8 +50,8 @@ impl Piece {
         pieces.flatten().collect()
     }
 
-    /// What of the hull lies deep in the solid, on both sides of a plane. The surface on one side of three planes leaves out the
-    /// corner in which they meet: a ball would be hollow.
+    /// What of the hull lies deep in the solid, on both sides of a plane. The surface on one side of three planes
+    /// leaves out the corner in which they meet: a ball would be hollow.
     fn core(&self, normal: Vec3, offset: f32, solid: &Solid) -> [Vec<Vec3>; 2] {
         let (below, above) = plane_sides(&self.hull.vertices, &self.hull.edges(), normal, offset);
         [below, above].map(|mut side| {
@@ -61,8 +61,8 @@ impl Piece {
     }
 }
 
-/// Splits the pieces with the largest bulge until there are `most` of them, none bulges by more than `enough` (m⁴) or `cut` (the
-/// plane `normal · x = offset`) knows of no way.
+/// Splits the pieces with the largest bulge until there are `most` of them, none bulges by more than `enough` (m⁴) or
+/// `cut` (the plane `normal · x = offset`) knows of no way.
 pub(super) fn split(
     mut pieces: Vec<Piece>,
     solid: &Solid,

@@ -1,5 +1,5 @@
-//! What decides how meshes become convex parts, step by step: in metres unless it says otherwise, shares and counts. A change of
-//! any of them changes the parts, and needs another `build::ALGORITHM`.
+//! What decides how meshes become convex parts, step by step: in metres unless it says otherwise, shares and counts. A
+//! change of any of them changes the parts, and needs another `build::ALGORITHM`.
 
 /// The grid of free space.
 pub(super) mod solid {
@@ -19,7 +19,8 @@ pub(super) mod fill {
 
 /// Winding numbers.
 pub(super) mod inside {
-    /// A cluster of triangles this many times its radius away is seen as one dipole (Barill et al. 2018 use 2, with terms of higher order).
+    /// A cluster of triangles this many times its radius away is seen as one dipole (Barill et al. 2018 use 2, with
+    /// terms of higher order).
     pub const FAR: f64 = 3.0;
     /// Triangles that are not worth another level of the tree.
     pub const LEAF: usize = 8;
@@ -31,8 +32,8 @@ pub(super) mod inside {
 pub(super) mod decompose {
     /// A mesh whose hull has at most this share of free space is its own hull.
     pub const CONVEX: f32 = 0.005;
-    /// Bulge of a compartment that is worth a part beyond the budget, in units of the bounding box's volume^(4/3): the bay
-    /// of a shelf has twice that, the air between the legs of a table a quarter.
+    /// Bulge of a compartment that is worth a part beyond the budget, in units of the bounding box's volume^(4/3): the
+    /// bay of a shelf has twice that, the air between the legs of a table a quarter.
     pub const COMPARTMENT: f32 = 0.004;
     /// What parts share costs so many times what a layer over the whole hull does that holds as much.
     pub const SHARED: f32 = 4.0;
@@ -70,8 +71,8 @@ pub(super) mod recut {
     pub const SHARED: f32 = 0.03;
     /// Points of a piece that are tried for what it shares.
     pub const SAMPLES: usize = 400;
-    /// Planes that are tried beside those across the axes and across the way from one to the other: as many, with normals spread
-    /// evenly.
+    /// Planes that are tried beside those across the axes and across the way from one to the other: as many, with
+    /// normals spread evenly.
     pub const PLANES: usize = 64;
     /// Times that every pair may be cut.
     pub const SWEEPS: usize = 2;
@@ -85,7 +86,8 @@ pub(super) mod slim {
     pub const FREED: f32 = 0.02;
     /// … or bring their centre of mass so much closer to the solid's, in diagonals of the object.
     pub const CLOSER: f32 = 1.5e-3;
-    /// A cut may take so many times as much from the parts as it frees: where walls are thin, the grid is unsure of what is free.
+    /// A cut may take so many times as much from the parts as it frees: where walls are thin, the grid is unsure of
+    /// what is free.
     pub const LOST: f32 = 1.5;
     /// So many parts may be added.
     pub const MORE: usize = 8;
@@ -119,7 +121,8 @@ pub(super) mod reduce {
 pub(super) mod cover {
     /// A part may stand out beyond its full hull by this share of its diagonal before it is worth another part …
     pub const GROWTH: f32 = 0.01;
-    /// … but not by less than this, m (what an object stands on by no more: the bottom of a bowl is to be as round as it is), …
+    /// … but not by less than this, m (what an object stands on by no more: the bottom of a bowl is to be as round as
+    /// it is), …
     pub const LEAST_GROWTH: f32 = 1e-3;
     /// … nor by more, m …
     pub const MOST_GROWTH: f32 = 1.5e-3;
@@ -145,8 +148,8 @@ pub(super) mod cover {
 pub(super) mod soles {
     /// What is no farther above a plane belongs to the sole, m …
     pub const DEPTH: f32 = 0.5e-3;
-    /// … or a half or a quarter of it, if that is more than this share of how far the sole reaches around the centre of mass: what
-    /// is rounder rolls.
+    /// … or a half or a quarter of it, if that is more than this share of how far the sole reaches around the centre of
+    /// mass: what is rounder rolls.
     pub const SLOPE: f32 = 0.04;
     /// How often it is halved.
     pub const HALVINGS: i32 = 2;
@@ -186,7 +189,8 @@ pub(super) mod corners {
 
 /// Hulls.
 pub(super) mod hull {
-    /// Least thickness of a part, m. Half of it lies on either side of a flat sheet: under a millimetre from the surface.
+    /// Least thickness of a part, m. Half of it lies on either side of a flat sheet: under a millimetre from the
+    /// surface.
     pub const MIN_THICKNESS: f32 = 1.9e-3;
     /// More points than this (each vertex about six times) are thinned before their hull is made.
     pub const DENSE: usize = 12_000;
@@ -194,12 +198,13 @@ pub(super) mod hull {
 
 /// Hulls of thin or crowded points.
 pub(super) mod convex_hull {
-    /// A hull is wrong if its triangles are off by more than this share of its volume, or gape by more than this share of its
-    /// surface …
+    /// A hull is wrong if its triangles are off by more than this share of its volume, or gape by more than this share
+    /// of its surface …
     pub const OFF: f64 = 1e-3;
     /// … and a hull of points that were shaken if it is by this share.
     pub const OFF_SHAKEN: f64 = 1e-4;
-    /// So far are points shaken, as a share of the largest coordinate: less than a hundredth of a millimetre for a table.
+    /// So far are points shaken, as a share of the largest coordinate: less than a hundredth of a millimetre for a
+    /// table.
     pub const SHAKE: f64 = 4e-6;
     /// Ways in which they are shaken before that is given up: 98 of 100 hulls that it helps are right after three.
     pub const SHAKES: usize = 3;

@@ -16,7 +16,8 @@ pub(super) fn decompose(mesh: &Mesh, budget: usize) -> Vec<Hull> {
         convex_hull_approximation: false,
         ..VHACDParameters::default()
     };
-    // The other hulls that it makes on the way are of voxels; none of 900 primitives made it panic so, but a mesh might.
+    // The other hulls that it makes on the way are of voxels; none of 900 primitives made it panic so, but a mesh
+    // might.
     let cut = || VHACD::decompose(&parameters, &mesh.vertices, &mesh.triangles, true);
     let Ok(found) = std::panic::catch_unwind(cut) else { return Vec::new() };
     let parts = found.compute_primitive_intersections(&mesh.vertices, &mesh.triangles);

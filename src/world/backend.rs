@@ -41,8 +41,8 @@ pub trait Backend: Send + Sync {
         &[NarrowPhase::Twin]
     }
 
-    /// Candidates that keep all of it busy: simulations of fewer may as well run beside one another, from several threads. A
-    /// backend that does one thing at a time says 1.
+    /// Candidates that keep all of it busy: simulations of fewer may as well run beside one another, from several
+    /// threads. A backend that does one thing at a time says 1.
     fn busy_with(&self) -> usize {
         1
     }
@@ -236,7 +236,8 @@ pub struct IterationStats {
     /// Mean total of this iteration's elites.
     #[serde(deserialize_with = "null_is_infinite")]
     pub elite_mean: f32,
-    /// Candidates whose status has each bit of `Status::FAULTS`; of those that were given up (`CemSettings::prune`), until then.
+    /// Candidates whose status has each bit of `Status::FAULTS`; of those that were given up (`CemSettings::prune`),
+    /// until then.
     pub flagged: [u32; Status::FAULTS.len()],
     /// Steps that candidates were simulated for, all together.
     pub steps: u64,

@@ -39,8 +39,8 @@ impl Body {
         self.inverse_inertia.max_element() > SLENDER_INERTIA_RATIO * self.inverse_inertia.min_element()
     }
 
-    /// One for every principal axis about which it may turn by some degrees and keep about the inertia that it had, nought for
-    /// the others: all three, but of what is slender only its length, across which it weighs about the same.
+    /// One for every principal axis about which it may turn by some degrees and keep about the inertia that it had,
+    /// nought for the others: all three, but of what is slender only its length, across which it weighs about the same.
     pub fn round_axes(&self) -> Vec3 {
         let most = if self.is_slender() { self.inverse_inertia.max_element() } else { 0.0 };
         self.inverse_inertia.map(|inverse| if inverse >= most { 1.0 } else { 0.0 })
@@ -158,8 +158,8 @@ impl World {
         }
     }
 
-    /// The same world in which some of the bodies that move do not, to be simulated, not searched: the units stay, also those that
-    /// nothing belongs to any more, and so do the poses.
+    /// The same world in which some of the bodies that move do not, to be simulated, not searched: the units stay, also
+    /// those that nothing belongs to any more, and so do the poses.
     pub fn holding(&self, held: impl Fn(usize) -> bool) -> Self {
         let mut world = self.clone();
         for (_, body) in world.bodies.iter_mut().enumerate().filter(|(index, _)| held(*index)) {

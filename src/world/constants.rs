@@ -1,10 +1,11 @@
 //! Every tolerance and physical constant of the simulator, with its unit and what it does.
 
-/// Length below which the geometry of contacts tells nothing apart, m: the unit of the tolerances that are written as shares of
-/// it.
+/// Length below which the geometry of contacts tells nothing apart, m: the unit of the tolerances that are written as
+/// shares of it.
 pub const LINEAR_SLOP: f32 = 1e-4;
 
-/// Depth up to which two parts only touch and the energy counts no penetration, m (the paper is silent; see `EnergyWeights`).
+/// Depth up to which two parts only touch and the energy counts no penetration, m (the paper is silent; see
+/// `EnergyWeights`).
 pub const TOUCHING_DEPTH: f32 = 1e-3;
 
 /// Angle that does not count when a candidate is sure to lose, rad: more than rounding adds to one.
@@ -36,12 +37,13 @@ pub const MIN_INERTIA_RATIO: f32 = 1e-3;
 /// spin is carried over in its own frame.
 pub const SLENDER_INERTIA_RATIO: f32 = 8.0;
 
-/// Spin, before or after a substep, from which a slender body that touches nothing fixed is turned as its momentum asks even
-/// where it touches something free, rad/s. Slower ones stay where their contacts have them: what lies in a bowl would creep.
+/// Spin, before or after a substep, from which a slender body that touches nothing fixed is turned as its momentum asks
+/// even where it touches something free, rad/s. Slower ones stay where their contacts have them: what lies in a bowl
+/// would creep.
 pub const HIT_SPIN: f32 = 1.0;
 
-/// Largest distance to which the contact margin of two bodies grows with their speeds, m: they see their contacts a substep
-/// ahead, each up to 30 m/s.
+/// Largest distance to which the contact margin of two bodies grows with their speeds, m: they see their contacts a
+/// substep ahead, each up to 30 m/s.
 pub const MAX_SPECULATIVE_MARGIN: f32 = 0.5;
 
 /// Half extent of the box of a body without hulls, m: it overlaps nothing.
@@ -50,25 +52,26 @@ pub const NO_EXTENT: f32 = -1e30;
 /// Contact points nearer to each other than this are one, m.
 pub const SAME_POINT: f32 = 1e-3;
 
-/// The same of points on which a body rests, m: a thin rod lies on a facet no wider, and with one point for both its edges it
-/// would roll off.
+/// The same of points on which a body rests, m: a thin rod lies on a facet no wider, and with one point for both its
+/// edges it would roll off.
 pub const SAME_RESTING_POINT: f32 = 3e-4;
 
 /// How many metres of reach a metre of height above the deepest point costs when the points on which a body rests are
-/// chosen: they are those that would be lowest if it leaned by 5 mrad. A bump of 0.5 mm is felt up to 10 cm inside an outline.
+/// chosen: they are those that would be lowest if it leaned by 5 mrad. A bump of 0.5 mm is felt up to 10 cm inside an
+/// outline.
 pub const RESTING_PENALTY: f32 = 200.0;
 
-/// Height above the deepest point that costs nothing, m: whatever bears is chosen by its place alone, and the choice does
-/// not flicker.
+/// Height above the deepest point that costs nothing, m: whatever bears is chosen by its place alone, and the choice
+/// does not flicker.
 pub const BEARING_HEIGHT: f32 = LINEAR_SLOP;
 
-/// The same as `RESTING_PENALTY` when the points onto which a body may roll are chosen: lowest at a lean of 11°, by which a ball
-/// of 5 cm turns in a substep at 1.2 m/s. Without them a ball of many corners sinks in between those that it rests on and those
-/// that it may land on, and is braked.
+/// The same as `RESTING_PENALTY` when the points onto which a body may roll are chosen: lowest at a lean of 11°, by
+/// which a ball of 5 cm turns in a substep at 1.2 m/s. Without them a ball of many corners sinks in between those that
+/// it rests on and those that it may land on, and is braked.
 pub const ROLLING_PENALTY: f32 = 5.0;
 
-/// The same when the points on which a body may land are chosen: lowest at a lean of 45°. Without them a thin plate that falls on
-/// a corner swings through what it falls on.
+/// The same when the points on which a body may land are chosen: lowest at a lean of 45°. Without them a thin plate
+/// that falls on a corner swings through what it falls on.
 pub const LANDING_PENALTY: f32 = 1.0;
 
 /// Patches kept per body pair. With fewer than six or so, a cone slips through the ring that holds it.
@@ -83,8 +86,9 @@ pub const JOINING_COSINE: f32 = 0.707;
 /// Contact points gathered per body pair before they are merged; the list is merged whenever it is full.
 pub const MAX_GATHERED_POINTS: usize = 128;
 
-/// A body that moved by no more than this since its contacts were found keeps those with others that did not, m; they follow
-/// the bodies to first order (Box3D's idea). Below `BEARING_HEIGHT`, so that the points on which it rests are the same.
+/// A body that moved by no more than this since its contacts were found keeps those with others that did not, m; they
+/// follow the bodies to first order (Box3D's idea). Below `BEARING_HEIGHT`, so that the points on which it rests are
+/// the same.
 pub const RECYCLING_DISTANCE: f32 = 0.5 * LINEAR_SLOP;
 
 /// An old contact point hands its impulse to a new one within this distance on either body, m.
@@ -93,89 +97,91 @@ pub const MATCH_DISTANCE: f32 = 0.01;
 /// Smallest cosine between the normals of matching contact points.
 pub const MATCH_COSINE: f32 = 0.9;
 
-/// Natural frequency of a contact's spring, Hz. Stiffer separates overlap faster; too stiff shakes stacks of bodies with
-/// many contact points.
+/// Natural frequency of a contact's spring, Hz. Stiffer separates overlap faster; too stiff shakes stacks of bodies
+/// with many contact points.
 pub const CONTACT_FREQUENCY: f32 = 120.0;
 
 /// Upper limit of that frequency as a share of the solver's rate, beyond which the spring is not resolved.
 pub const CONTACT_FREQUENCY_SHARE: f32 = 1.0 / 6.0;
 
-/// Damping ratio of that spring; far above 1, so that overlap creeps apart without overshoot (in a twelfth of a second),
-/// and so that towers do not sway. Above about 35 push-out leaves energy in bodies that tumble.
+/// Damping ratio of that spring; far above 1, so that overlap creeps apart without overshoot (in a twelfth of a
+/// second), and so that towers do not sway. Above about 35 push-out leaves energy in bodies that tumble.
 pub const CONTACT_DAMPING_RATIO: f32 = 30.0;
 
-/// How much faster what is deeper than `TOUCHING_DEPTH` is pushed out, as a share of the rest a second, 1/s. The spring alone
-/// would take seconds to part a heap of things that begin inside one another.
+/// How much faster what is deeper than `TOUCHING_DEPTH` is pushed out, as a share of the rest a second, 1/s. The spring
+/// alone would take seconds to part a heap of things that begin inside one another.
 pub const DEEP_PUSH_OUT_RATE: f32 = 24.0;
 
-/// How fast the springs of a patch take over the load that the patch carries, 1/s. Slower leaves heavy things sagging for
-/// longer; faster loses the springs' damping, and heavy things on light ones bounce.
+/// How fast the springs of a patch take over the load that the patch carries, 1/s. Slower leaves heavy things sagging
+/// for longer; faster loses the springs' damping, and heavy things on light ones bounce.
 pub const PATCH_LOAD_RATE: f32 = 4.0;
 
-/// How fast the spring of a point takes over its own share of that load, 1/s. This is the integral part of what rights a
-/// leaning tower, the spring being the proportional part: too fast and tall stacks sway and fall, too slow and a load
+/// How fast the spring of a point takes over its own share of that load, 1/s. This is the integral part of what rights
+/// a leaning tower, the spring being the proportional part: too fast and tall stacks sway and fall, too slow and a load
 /// beside the middle sinks on its side for seconds.
 pub const POINT_LOAD_RATE: f32 = 0.5;
 
-/// Share of its load that a spring does not take over for every metre of depth, 1/m: nothing from 8 mm on. Things that jam each
-/// other would else take over each other's push without bound, and fly apart when one of them slips.
+/// Share of its load that a spring does not take over for every metre of depth, 1/m: nothing from 8 mm on. Things that
+/// jam each other would else take over each other's push without bound, and fly apart when one of them slips.
 pub const LOAD_LOSS: f32 = 125.0;
 
-/// Largest overlap at which bodies rest, m. Those that meet with less rest where they met, until they are pressed further
-/// together than by so much: with room to sink into each other before they bear, what leans on each other would hand its load
-/// to friction elsewhere and be left without any; without more of it under heavy things, these would sway.
+/// Largest overlap at which bodies rest, m. Those that meet with less rest where they met, until they are pressed
+/// further together than by so much: with room to sink into each other before they bear, what leans on each other would
+/// hand its load to friction elsewhere and be left without any; without more of it under heavy things, these would
+/// sway.
 pub const RESTING_DEPTH: f32 = 0.5 * LINEAR_SLOP;
 
 /// Least overlap at which they rest, m: without it contacts would come and go.
 pub const LEAST_RESTING_DEPTH: f32 = 0.05 * LINEAR_SLOP;
 
-/// How fast faces on faces sink to `RESTING_DEPTH`, m/s: a spring that is at rest deeper pulls both ways over a longer way, and
-/// light tables under several heavy things rattle without it. Edges do not, for things lean on edges.
+/// How fast faces on faces sink to `RESTING_DEPTH`, m/s: a spring that is at rest deeper pulls both ways over a longer
+/// way, and light tables under several heavy things rattle without it. Edges do not, for things lean on edges.
 pub const RESTING_RATE: f32 = 2e-5;
 
 /// Most contact points of an edge; what has more is a face.
 pub const MAX_EDGE_POINTS: usize = 2;
 
-/// Fewest sweeps of a small step over the contacts as springs: every other one backwards, because sweeps in one direction
-/// leave an error that goes round and round, and crossed blocks rattle for ever. With one, stacks and
-/// what lies in a drawer rattle.
+/// Fewest sweeps of a small step over the contacts as springs: every other one backwards, because sweeps in one
+/// direction leave an error that goes round and round, and crossed blocks rattle for ever. With one, stacks and what
+/// lies in a drawer rattle.
 pub const MIN_PUSHING_SWEEPS: u32 = 2;
 
 /// Most of them. With eight, a light table under several heavy things throws them off.
 pub const MAX_PUSHING_SWEEPS: u32 = 12;
 
-/// Friction is solved before the first so many of them: to do it before all takes longer and brings nothing. With two, heavy
-/// things that overhang light ones sag by one to two millimetres more.
+/// Friction is solved before the first so many of them: to do it before all takes longer and brings nothing. With two,
+/// heavy things that overhang light ones sag by one to two millimetres more.
 pub const MAX_FRICTION_SWEEPS: u32 = 3;
 
-/// Sweeps of the springs end when none of them changed the speed of a contact by more than this, m/s. Larger leaves energy in
-/// heaps and lets light tables walk. What is deeper than `TOUCHING_DEPTH` is only pushed out, and does not count: push-out
-/// that all sweeps agree on adds up.
+/// Sweeps of the springs end when none of them changed the speed of a contact by more than this, m/s. Larger leaves
+/// energy in heaps and lets light tables walk. What is deeper than `TOUCHING_DEPTH` is only pushed out, and does not
+/// count: push-out that all sweeps agree on adds up.
 pub const PUSHED_SPEED: f32 = 2e-3;
 
-/// Rigid sweeps of a small step end when none of their contacts changed its speed by more than this, m/s: things at rest
-/// get by with one. Larger leaves the speed of push-out in things that hit each other, and heavy things near the edge of
-/// light ones fall.
+/// Rigid sweeps of a small step end when none of their contacts changed its speed by more than this, m/s: things at
+/// rest get by with one. Larger leaves the speed of push-out in things that hit each other, and heavy things near the
+/// edge of light ones fall.
 pub const RELAXED_SPEED: f32 = 0.02;
 
-/// Most rigid sweeps of a small step. Twice as many leave a fifth to three fifths less energy in stacks with light bottoms, and
-/// cost 5 to 7 % of the speed.
+/// Most rigid sweeps of a small step. Twice as many leave a fifth to three fifths less energy in stacks with light
+/// bottoms, and cost 5 to 7 % of the speed.
 pub const MAX_RELAXING_SWEEPS: u32 = 16;
 
 /// Rigid sweeps after the first take so many times the impulse by which a contact is off above `HIT_SPEED` (successive
-/// over-relaxation): heavy things on light ones are stopped in fewer sweeps, each of which passes on a share of the hit that is
-/// the smaller the heavier they are.
+/// over-relaxation): heavy things on light ones are stopped in fewer sweeps, each of which passes on a share of the hit
+/// that is the smaller the heavier they are.
 pub const OVER_RELAXATION: f32 = 1.8;
 
 /// What a contact is off above this is a hit, m/s. Below, over-relaxation keeps light tables under heavy things
 /// rattling.
 pub const HIT_SPEED: f32 = 0.1;
 
-/// A small step that leaves a candidate more than so many times the kinetic energy that it would have without contacts is
-/// solved again without a first guess.
+/// A small step that leaves a candidate more than so many times the kinetic energy that it would have without contacts
+/// is solved again without a first guess.
 pub const ENERGY_GAIN: f32 = 1.001;
 
-/// What speed of all bodies, m/s, is allowed beyond that: sweeps leave some, and more of it where overlap is pushed out.
+/// What speed of all bodies, m/s, is allowed beyond that: sweeps leave some, and more of it where overlap is pushed
+/// out.
 pub const LEFT_SPEED: f32 = 0.05;
 
 /// Two bodies that have moved past each other by more than this get new lever arms at their contacts, m: too much turns
@@ -194,27 +200,28 @@ pub const MAX_HULL_FACES: usize = 2 * MAX_HULL_VERTICES - 4;
 /// Most edges of a hull of `MAX_HULL_VERTICES` (Euler: 3 V − 6).
 pub const MAX_HULL_EDGES: usize = 3 * MAX_HULL_VERTICES - 6;
 
-/// Most contact points of one hull pair, of a hull and the ground, and of one patch of a body pair. Fewer is faster; too
-/// few cut corners off a support polygon, and things tip that stand.
+/// Most contact points of one hull pair, of a hull and the ground, and of one patch of a body pair. Fewer is faster;
+/// too few cut corners off a support polygon, and things tip that stand.
 pub const MAX_MANIFOLD_POINTS: usize = 8;
 
-/// By how much a face of the smaller hull must beat the best face of the larger, and an edge pair the best face, to become the contact's axis, m.
-/// Axes of nearly equal depth would otherwise alternate from step to step, and the manifold with them.
+/// By how much a face of the smaller hull must beat the best face of the larger, and an edge pair the best face, to
+/// become the contact's axis, m. Axes of nearly equal depth would otherwise alternate from step to step, and the
+/// manifold with them.
 pub const AXIS_BIAS: f32 = 0.5 * LINEAR_SLOP;
 
 /// The same as a share of the depth: deep overlaps of boxes have edge axes that differ from a face by less than this.
 pub const AXIS_BIAS_RELATIVE: f32 = 0.01;
 
-/// What rounding may add to a height over a face, m: no edge is ruled out by less, so that it does not matter in whose frame
-/// the height was found. Well below `AXIS_BIAS`, or the edges around a face that touches would be searched.
+/// What rounding may add to a height over a face, m: no edge is ruled out by less, so that it does not matter in whose
+/// frame the height was found. Well below `AXIS_BIAS`, or the edges around a face that touches would be searched.
 pub const AXIS_ROUNDING: f32 = 0.1 * LINEAR_SLOP;
 
-/// Most times that the way out of something fixed and along the ground is longer than the one into the ground: as good as
-/// barred, so that what is swallowed near the ground leaves by a side instead of jamming between both.
+/// Most times that the way out of something fixed and along the ground is longer than the one into the ground: as good
+/// as barred, so that what is swallowed near the ground leaves by a side instead of jamming between both.
 pub const GROUND_PENALTY: f32 = 1e3;
 
-/// The ground counts for what would be pushed into it with more than this share of its height. What is only squeezed there, or
-/// leans on something slanted, stays where it is, as it would in other engines.
+/// The ground counts for what would be pushed into it with more than this share of its height. What is only squeezed
+/// there, or leans on something slanted, stays where it is, as it would in other engines.
 pub const ROOM_SHARE: f32 = 0.5;
 
 /// Depth up to which the last step's axis is used again without a search, m. No other axis can be better by more than
@@ -228,7 +235,8 @@ pub const PARALLEL_SINE: f32 = 1e-4;
 /// point.
 pub const ALIGNED_COSINE: f32 = 0.998;
 
-/// By how much (as a cosine) a face of the smaller hull must be better aligned than the larger's to become the reference face (about 0.3°).
+/// By how much (as a cosine) a face of the smaller hull must be better aligned than the larger's to become the
+/// reference face (about 0.3°).
 pub const ALIGNED_BIAS: f32 = 1e-5;
 
 /// All faces of the incident hull within this cosine (8°) of the reference face are clipped: a bottom of several nearly
@@ -247,9 +255,9 @@ pub const MAX_CLIPPED: usize = MAX_FACE_VERTICES + MAX_LINES;
 /// Contact points of a hull pair collected before they are reduced.
 pub const MAX_COLLECTED: usize = MAX_CLIPPED + MAX_MANIFOLD_POINTS;
 
-/// How far a body of the self-test may end from where the processor has it, m + rad, beside what a nudge of the start makes on
-/// the processor. Drivers round differently, and half a second of contacts makes that some micrometres, of what tumbles more;
-/// a wrong kernel makes centimetres.
+/// How far a body of the self-test may end from where the processor has it, m + rad, beside what a nudge of the start
+/// makes on the processor. Drivers round differently, and half a second of contacts makes that some micrometres, of
+/// what tumbles more; a wrong kernel makes centimetres.
 pub const SELF_TEST_DISTANCE: f32 = 1e-3;
 
 /// That nudge, m: some ten rounding errors of a position.

@@ -34,8 +34,8 @@ pub struct Hull {
     pad2: f32,
 }
 
-/// A face polygon: all coplanar triangles of the hull together. Where they have more than `MAX_FACE_VERTICES` corners, they
-/// are several faces, one after the other, with the same plane to the bit.
+/// A face polygon: all coplanar triangles of the hull together. Where they have more than `MAX_FACE_VERTICES` corners,
+/// they are several faces, one after the other, with the same plane to the bit.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Face {
@@ -100,7 +100,8 @@ impl HullTables {
             vertices.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         let center = 0.5 * (low + high);
         let radius = vertices.iter().map(|v| v.distance(center)).fold(0.0, f32::max);
-        // A hull thinner than the tolerance would become two faces back to back: then only what is exactly flat is joined.
+        // A hull thinner than the tolerance would become two faces back to back: then only what is exactly flat is
+        // joined.
         let tolerance = COPLANAR_DISTANCE.min(COPLANAR_SHARE * radius);
         let (mut faces, mut edges) = polygons(&vertices, &triangles, tolerance);
         if faces.len() < 4 {
@@ -154,8 +155,8 @@ impl HullTables {
         &self.edges[hull.first_edge as usize..][..hull.edge_count as usize]
     }
 
-    /// Corners of face `face` (number within the hull) and of all in its plane, one polygon after the other. As one closed
-    /// line it runs along every edge of the whole, and to and fro where that was cut.
+    /// Corners of face `face` (number within the hull) and of all in its plane, one polygon after the other. As one
+    /// closed line it runs along every edge of the whole, and to and fro where that was cut.
     pub fn ring_of(&self, hull: &Hull, face: u32) -> &[u32] {
         let (faces, face) = (self.faces_of(hull), face as usize);
         let cut = |piece: &Face| piece.plane != faces[face].plane;

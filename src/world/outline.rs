@@ -7,14 +7,14 @@ use glam::{Vec3, Vec4};
 
 /// Where a face's lines are in `HullTables::lines`.
 ///
-/// The outline goes round the face and its nearly flat neighbours: each steep face round the bearing ones gives one line,
-/// through its edges with them. A plate's top that is chamfered by a tenth of a degree is one surface: clipping against
-/// one facet alone would drop half of what rests on it.
+/// The outline goes round the face and its nearly flat neighbours: each steep face round the bearing ones gives one
+/// line, through its edges with them. A plate's top that is chamfered by a tenth of a degree is one surface: clipping
+/// against one facet alone would drop half of what rests on it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Outline {
-    /// First of the outline's lines (outward unit direction across the face's normal and, as w, how far the outline reaches
-    /// along it, m); the planes of the faces that bear with it, its own among them, follow.
+    /// First of the outline's lines (outward unit direction across the face's normal and, as w, how far the outline
+    /// reaches along it, m); the planes of the faces that bear with it, its own among them, follow.
     pub first: u32,
     /// Number of lines.
     pub lines: u32,

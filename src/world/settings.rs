@@ -13,7 +13,8 @@ pub struct SimSettings {
     pub steps: u32,
     /// Collision detections per step.
     pub substeps: u32,
-    /// Solver iterations per substep; each advances the bodies by `dt / (substeps · iterations)` (temporal Gauss–Seidel).
+    /// Solver iterations per substep; each advances the bodies by `dt / (substeps · iterations)` (temporal
+    /// Gauss–Seidel).
     pub position_iterations: u32,
     /// Relaxing iterations without push-out at the end of a substep.
     pub velocity_iterations: u32,
@@ -120,7 +121,8 @@ impl Default for EnergyWeights {
 pub enum PenetrationMode {
     /// 1 for a pair whose parts overlap by more than the touching tolerance, else 0 (the paper).
     Count,
-    /// Depth beyond the touching tolerance, in units of `penetration_depth_unit`: guides the search where a count is flat.
+    /// Depth beyond the touching tolerance, in units of `penetration_depth_unit`: guides the search where a count is
+    /// flat.
     Depth,
 }
 
@@ -150,8 +152,8 @@ pub struct CemSettings {
     pub stop_energy: f32,
     /// An episode is done when the mean energy of the elites has not fallen by 1 % in so many iterations; 0: never.
     pub patience: u32,
-    /// Candidate 0 of every iteration is the mean itself, at first the layout as it stands, instead of a sample; it goes on
-    /// from round to round as any other.
+    /// Candidate 0 of every iteration is the mean itself, at first the layout as it stands, instead of a sample; it
+    /// goes on from round to round as any other.
     pub sample_mean: bool,
     /// Candidates 2i and 2i + 1 mirror each other about the mean (Hammersley and Morton's antithetic variates): half as
     /// many random numbers, with no bias of the elites to one side.
@@ -200,7 +202,8 @@ pub struct Round {
 }
 
 impl CemSettings {
-    /// ⌈ρK⌉, at least 1 and at most K. ρ is read as the decimal that the user wrote: 0.025 · 2048 gives 52, 0.1 · 10 gives 1.
+    /// ⌈ρK⌉, at least 1 and at most K. ρ is read as the decimal that the user wrote: 0.025 · 2048 gives 52, 0.1 · 10
+    /// gives 1.
     pub fn elite_count(&self) -> u32 {
         self.share(self.elite_fraction)
     }

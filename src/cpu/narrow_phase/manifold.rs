@@ -222,7 +222,8 @@ impl<'a> Clip<'a> {
         from
     }
 
-    /// Clips every face of the other hull that is turned against the reference face, and in any case what is in the plane of `incident`.
+    /// Clips every face of the other hull that is turned against the reference face, and in any case what is in the
+    /// plane of `incident`.
     fn faces(&self, incident: u32, margin: f32, out: &mut Manifold) {
         let mut points = [Vec4::ZERO; MAX_COLLECTED];
         let mut buffers = [Polygon::EMPTY; 2];

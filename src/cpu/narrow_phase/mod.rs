@@ -43,8 +43,8 @@ impl HullPair<'_> {
     /// `room` of bodies that may be pushed anywhere.
     pub const ANY_ROOM: [f32; 2] = [f32::MAX; 2];
 
-    /// What a distance along an axis (from A to B, A's frame) is worth beside others, m: where parting the hulls would lead
-    /// too far into the ground, the longer way along it counts, which has no end if the axis is upright.
+    /// What a distance along an axis (from A to B, A's frame) is worth beside others, m: where parting the hulls would
+    /// lead too far into the ground, the longer way along it counts, which has no end if the axis is upright.
     fn worth(&self, axis: Vec3, distance: f32) -> f32 {
         if self.room == Self::ANY_ROOM {
             return distance;

@@ -1,19 +1,19 @@
 //! Hulls that pass each other: contacts are made a substep ahead, and one between things that only fall past each other
 //! would stop them in the air.
 //!
-//! The idea of a conservative advance: where a plane on which one hull lies keeps all of the other on its outer side for as
-//! long as contacts act, they do not meet, whatever their nearest corners are about to do. The planes that are asked are
-//! all those through an edge of either hull, from the one of its faces to the other. Along a straight way there are no others:
-//! what a hull sweeps is a hull, and two hulls apart are parted by a face of one of them or by a plane along an edge of each.
-//! What spins goes along arcs, which are taken for parabolas. Only a contact that would act is asked, so that a thing at
-//! rest never loses what bears it.
+//! The idea of a conservative advance: where a plane on which one hull lies keeps all of the other on its outer side
+//! for as long as contacts act, they do not meet, whatever their nearest corners are about to do. The planes that are
+//! asked are all those through an edge of either hull, from the one of its faces to the other. Along a straight way
+//! there are no others: what a hull sweeps is a hull, and two hulls apart are parted by a face of one of them or by a
+//! plane along an edge of each. What spins goes along arcs, which are taken for parabolas. Only a contact that would
+//! act is asked, so that a thing at rest never loses what bears it.
 
 use super::{HullPair, Manifold, ManifoldPoint};
 use crate::world::{Pose, Velocity, compose, from_scaled_axis};
 use glam::{Mat3, Vec3, Vec4};
 
-/// True if a contact of the pair would act within `dt` (s), and yet the hulls only pass each other. `velocities` are those
-/// of the bodies if nothing touches them, gravity included.
+/// True if a contact of the pair would act within `dt` (s), and yet the hulls only pass each other. `velocities` are
+/// those of the bodies if nothing touches them, gravity included.
 pub fn passes(pair: &HullPair, velocities: &[Velocity; 2], dt: f32, manifold: &Manifold) -> bool {
     let acts = |point: &&ManifoldPoint| {
         let moved = |side: usize, at: Vec3| {
@@ -45,8 +45,8 @@ struct Way([(Mat3, Vec3); 3]);
 
 impl Way {
     /// True if a plane through an edge of the hull of `side`, on which that hull lies, has all of the other hull on its
-    /// outer side all the way. `nearest`, a point of the other hull that is about to touch (its body's frame), is asked first:
-    /// it rules out most edges.
+    /// outer side all the way. `nearest`, a point of the other hull that is about to touch (its body's frame), is asked
+    /// first: it rules out most edges.
     fn stays_beside(&self, pair: &HullPair, side: usize, nearest: Vec3) -> bool {
         let hull = pair.hull(side);
         let (faces, others) = (pair.tables.faces_of(hull), pair.tables.vertices_of(pair.hull(1 - side)));
@@ -65,8 +65,8 @@ impl Way {
     }
 }
 
-/// The planes through an edge by the share of the left face's plane, the rest being the right one's: what lies between the
-/// two has all that was seen so far on its outer side.
+/// The planes through an edge by the share of the left face's plane, the rest being the right one's: what lies between
+/// the two has all that was seen so far on its outer side.
 struct Shares {
     low: f32,
     high: f32,

@@ -34,11 +34,11 @@ impl Selection {
 }
 
 /// Chooses at most `MAX_MANIFOLD_POINTS` of `count` points, each given as position and separation (m): the farthest one
-/// across `normal` in each of as many fixed directions, three times. The first round finds what a body rests on and counts
-/// a point as nearer by `RESTING_PENALTY` times its height above the deepest; the others fill the places that are left
-/// first with what the body may roll onto, where height costs only `ROLLING_PENALTY`, then with what it may land on
-/// (`LANDING_PENALTY`). If there are places left after that, whatever else bears gets them: a blunt corner may be the farthest
-/// in no direction.
+/// across `normal` in each of as many fixed directions, three times. The first round finds what a body rests on and
+/// counts a point as nearer by `RESTING_PENALTY` times its height above the deepest; the others fill the places that
+/// are left first with what the body may roll onto, where height costs only `ROLLING_PENALTY`, then with what it may
+/// land on (`LANDING_PENALTY`). If there are places left after that, whatever else bears gets them: a blunt corner may
+/// be the farthest in no direction.
 ///
 /// Directions and preferences are fixed, so that the same points are kept in the same order from step to step and keep
 /// their impulses. Points closer than `SAME_POINT` are one, in the first round closer than `SAME_RESTING_POINT`.
@@ -84,8 +84,8 @@ pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) 
     chosen
 }
 
-/// Two unit vectors that make a right-handed frame with `normal`. Unlike the common branch-free formula it has no jump at
-/// upright normals, where most contacts are.
+/// Two unit vectors that make a right-handed frame with `normal`. Unlike the common branch-free formula it has no jump
+/// at upright normals, where most contacts are.
 pub fn tangents(normal: Vec3) -> [Vec3; 2] {
     let side = if normal.x.abs() < 0.8 { Vec3::X } else { Vec3::Z };
     let u = (side - normal * normal.dot(side)).normalize();

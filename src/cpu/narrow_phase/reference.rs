@@ -2,8 +2,8 @@
 //!
 //! parry's tolerances are absolute (1e-6 for GJK, 1e-5 for EPA) and its depths can fail on flat or aligned hulls, so
 //! each query is scaled to hulls of about unit size around their own centres, its answer is checked against the hulls'
-//! extents along the answer's axis, a depth must be found twice, and a failed query is asked again from other directions
-//! and with the hulls exchanged.
+//! extents along the answer's axis, a depth must be found twice, and a failed query is asked again from other
+//! directions and with the hulls exchanged.
 
 use super::{Feature, HullPair, Separation};
 use crate::world::{Hull, HullTables};
@@ -79,8 +79,8 @@ impl Reference {
         if depth > ignored { depth } else { 0.0 }
     }
 
-    /// True if parry's first answer for this pair contradicts itself, is missing although the hulls are within `margin`,
-    /// or is beaten by a later one; for statistics.
+    /// True if parry's first answer for this pair contradicts itself, is missing although the hulls are within
+    /// `margin`, or is beaten by a later one; for statistics.
     pub fn first_attempt_fails(&self, pair: &HullPair, margin: f32) -> bool {
         Query::new(pair).is_some_and(|query| {
             let first = query.ask(query.directions()[0], false, margin);
@@ -165,8 +165,8 @@ impl<'a> Query<'a> {
 
     /// The answer within `margin`, from as many attempts as it takes.
     ///
-    /// For hulls apart one consistent answer is proof: the witness points are as near as the axis allows. A depth has no
-    /// such proof, and EPA at times stops at a local minimum three times too deep, so it must be found twice. The
+    /// For hulls apart one consistent answer is proof: the witness points are as near as the axis allows. A depth has
+    /// no such proof, and EPA at times stops at a local minimum three times too deep, so it must be found twice. The
     /// overlap along any axis is never less than the true one: otherwise the least found is taken.
     fn solve(&self, margin: f32) -> Option<Answer> {
         let mut best: Option<Answer> = None;

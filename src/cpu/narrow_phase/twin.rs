@@ -1,10 +1,10 @@
 //! The separating-axis search that the shader runs, in A's frame.
 //!
-//! The axis of least overlap of two convex polyhedra is a face normal of A, a face normal of B, or a common normal of an
-//! edge of each whose arcs on the Gauss map cross (Gregorius, "The separating axis test", GDC 2013). Three things keep
-//! the search short. The axis of the last step is tried first. As soon as one axis separates by more than asked, the
-//! search ends. And with c, r a ball inside the other hull, the separation along n is at most n · (c − p) − r for any p
-//! that supports this hull along n, so that most faces and edges are ruled out without looking at a vertex.
+//! The axis of least overlap of two convex polyhedra is a face normal of A, a face normal of B, or a common normal of
+//! an edge of each whose arcs on the Gauss map cross (Gregorius, "The separating axis test", GDC 2013). Three things
+//! keep the search short. The axis of the last step is tried first. As soon as one axis separates by more than asked,
+//! the search ends. And with c, r a ball inside the other hull, the separation along n is at most n · (c − p) − r for
+//! any p that supports this hull along n, so that most faces and edges are ruled out without looking at a vertex.
 
 use super::twin_tables::{EdgeLanes, Lanes, Planes, TwinHull, TwinTables};
 use super::{Feature, HullPair, PairCache, Separation};
@@ -189,8 +189,8 @@ impl<'a> Frame<'a> {
         })
     }
 
-    /// The axis of largest separation, or one that separates by more than `stop`. Faces of the larger hull are preferred
-    /// to faces of the other, and faces to edges, by `bias` plus a share `relative` of the depth.
+    /// The axis of largest separation, or one that separates by more than `stop`. Faces of the larger hull are
+    /// preferred to faces of the other, and faces to edges, by `bias` plus a share `relative` of the depth.
     fn search(&self, cached: Option<Axis>, stop: f32, bias: f32, relative: f32) -> Result<Axis, Apart> {
         let preference = |distance: f32| bias + relative * (-distance).max(0.0);
         // Whatever is worse than the cached axis by more than both preferences cannot win.
@@ -259,8 +259,8 @@ impl<'a> Frame<'a> {
 
         let mut best: Option<Axis> = None;
         let mut least = threshold;
-        // Edge by edge of B and, to each, of A by their numbers, four of A at a time: of pairs that part the hulls equally
-        // far, the first is taken.
+        // Edge by edge of B and, to each, of A by their numbers, four of A at a time: of pairs that part the hulls
+        // equally far, the first is taken.
         for &j in list_b {
             let edge = &edges_b[j as usize];
             let [left, right] = edge.faces.map(normal_b);
@@ -343,10 +343,10 @@ fn lowest(vertices: &[Lanes], direction: Vec3) -> f32 {
     vertices.iter().fold(Vec4::INFINITY, |low, v| low.min(v.dot(direction))).min_element()
 }
 
-/// The axis of the plane over which a hull lies highest, by its worth, if that is more than `floor`; or of the first over
-/// which it lies higher than `stop`. First is the plane farthest from the ball inside this hull, then the others by their
-/// numbers. `lowest` is how far along a direction the hull begins. The heights of the ball's centre over the planes go to
-/// `heights`.
+/// The axis of the plane over which a hull lies highest, by its worth, if that is more than `floor`; or of the first
+/// over which it lies higher than `stop`. First is the plane farthest from the ball inside this hull, then the others
+/// by their numbers. `lowest` is how far along a direction the hull begins. The heights of the ball's centre over the
+/// planes go to `heights`.
 fn best_face(
     planes: impl Fn(usize) -> Planes,
     lowest: impl Fn(Vec3) -> f32,

@@ -1,8 +1,8 @@
 //! Small steps that would add energy are solved again from nothing.
 //!
-//! A small step starts from the last one's impulses. When a hit is over they are far too large, and in a heap of heavy and
-//! light things the sweeps do not take all of that back: what was hit would fly apart. Rigid contacts solved without a first
-//! guess only ever brake.
+//! A small step starts from the last one's impulses. When a hit is over they are far too large, and in a heap of heavy
+//! and light things the sweeps do not take all of that back: what was hit would fly apart. Rigid contacts solved
+//! without a first guess only ever brake.
 
 use super::Wide;
 use super::lanes::{Mask, splat};

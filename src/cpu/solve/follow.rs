@@ -1,10 +1,10 @@
-//! Contacts go with bodies that have moved since their rows were made: separations to first order in the turn, and lever arms
-//! too. A ball of 5 cm that rolls at 1 m/s turns by 10° in a substep, and with the arms of its start what bears it would brake
-//! it. The direction of contact stays. With separations to second order what tumbles would sink in, because the corners that
-//! come down next are no contacts yet.
+//! Contacts go with bodies that have moved since their rows were made: separations to first order in the turn, and
+//! lever arms too. A ball of 5 cm that rolls at 1 m/s turns by 10° in a substep, and with the arms of its start what
+//! bears it would brake it. The direction of contact stays. With separations to second order what tumbles would sink
+//! in, because the corners that come down next are no contacts yet.
 //!
-//! What is slender keeps its arms when it turns across its length: the solver has its inertia as it was at the substep's start,
-//! and arms that do not match it gain energy.
+//! What is slender keeps its arms when it turns across its length: the solver has its inertia as it was at the
+//! substep's start, and arms that do not match it gain energy.
 
 use super::lanes::{Mask, Vector};
 use super::rows::{Aim, Moving, Row};
@@ -75,8 +75,8 @@ impl<S: Simd> Motion<S> {
         }
     }
 
-    /// Lever arms that were `arms` at first. Two free bodies push at a common point, half-way between where either has it: else
-    /// their impulses would turn the pair. On something fixed a contact's points go with the body that moves.
+    /// Lever arms that were `arms` at first. Two free bodies push at a common point, half-way between where either has
+    /// it: else their impulses would turn the pair. On something fixed a contact's points go with the body that moves.
     #[inline(always)]
     fn arms(&self, [arm_a, arm_b]: [Vector<S>; 2]) -> [Vector<S>; 2] {
         let [rolled_a, rolled_b] = self.rolled;
@@ -88,7 +88,8 @@ impl<S: Simd> Motion<S> {
         }
     }
 
-    /// How far a point of the second body has moved past that of the first, with these lever arms at first, going straight on.
+    /// How far a point of the second body has moved past that of the first, with these lever arms at first, going
+    /// straight on.
     #[inline(always)]
     fn moved(&self, [arm_a, arm_b]: [Vector<S>; 2]) -> Vector<S> {
         let [turned_a, turned_b] = self.turned;

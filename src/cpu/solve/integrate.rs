@@ -45,8 +45,9 @@ impl<S: Simd> Wide<S> {
     }
 }
 
-/// Orientation and angular velocity of a body after a substep of `dt`. Angular momentum, not angular velocity, is carried over
-/// to the new orientation; the turn is corrected to the mean of both velocities (Heun), or a tumbling body would gain energy.
+/// Orientation and angular velocity of a body after a substep of `dt`. Angular momentum, not angular velocity, is
+/// carried over to the new orientation; the turn is corrected to the mean of both velocities (Heun), or a tumbling body
+/// would gain energy.
 #[inline(always)]
 fn compact<S: Simd>(
     inverse_inertia: Vec3,
@@ -91,11 +92,11 @@ impl Slender {
 
     /// Orientation and angular velocity after a substep of `dt`.
     ///
-    /// The smallest part of the momentum across the body, taken for momentum along it, would be a spin without
-    /// bound. So its spin is carried over in its own frame, where Euler's equations bound it, and then it is turned by what is
-    /// left between that and its momentum, by the last bits of a free body, and by up to the turn before it if a hit has changed
-    /// the spin. What touches something fixed hands its momentum over to that; it stays where its contacts have it, and so does
-    /// what is hardly spinning.
+    /// The smallest part of the momentum across the body, taken for momentum along it, would be a spin without bound.
+    /// So its spin is carried over in its own frame, where Euler's equations bound it, and then it is turned by what is
+    /// left between that and its momentum, by the last bits of a free body, and by up to the turn before it if a hit
+    /// has changed the spin. What touches something fixed hands its momentum over to that; it stays where its contacts
+    /// have it, and so does what is hardly spinning.
     fn end(&self, [touched, held]: [bool; 2], dt: f32) -> (Quat, Vec3) {
         let spin = self.old.conjugate() * self.spin;
         let next = free_spin(spin, self.inverse_inertia, dt);
@@ -110,8 +111,8 @@ impl Slender {
     }
 }
 
-/// Spin of a body after `dt` without torque, in its own frame (Euler's equations by Runge and Kutta's fourth-order method),
-/// with the energy that it had.
+/// Spin of a body after `dt` without torque, in its own frame (Euler's equations by Runge and Kutta's fourth-order
+/// method), with the energy that it had.
 fn free_spin(spin: Vec3, inverse_inertia: Vec3, dt: f32) -> Vec3 {
     let inertia = inverse_inertia.recip();
     let change = |w: Vec3| (inertia * w).cross(w) * inverse_inertia;

@@ -127,8 +127,8 @@ impl<S: Simd> Wide<S> {
     }
 }
 
-/// Where a contact is at rest after a substep of `dt` that it began at `separation`: deeper if it was pressed hard, and ever
-/// deeper if it is one of the `points` of a face.
+/// Where a contact is at rest after a substep of `dt` that it began at `separation`: deeper if it was pressed hard, and
+/// ever deeper if it is one of the `points` of a face.
 fn yielded(rest: f32, separation: f32, points: usize, dt: f32) -> f32 {
     let pressed = rest.min(separation + RESTING_DEPTH);
     let sunk = if points > MAX_EDGE_POINTS { pressed - RESTING_RATE * dt } else { pressed };

@@ -1,17 +1,17 @@
 //! Contact solver: temporal Gauss–Seidel with soft contacts (the idea of "soft step" in Box2D v3; the small steps are
 //! those of PhysX's TGS).
 //!
-//! A substep is cut into `position_iterations` small steps `h`. Each applies gravity, warm-starts, solves every contact as
-//! an overdamped spring, there and back until that changes little, with friction before the first sweeps, moves the
-//! bodies, and solves once more with friction and rigid contacts, after a hit several times and over-relaxed, so that push-out
-//! leaves no kinetic energy behind. What gains some all the same is solved again (`cold`). A plain spring sags under load and
-//! a rigid contact rings when a heavy body lies on a light one; this spring is at rest at the load that its patch has
-//! carried lately, which does neither. Its share of that load follows far more slowly: a patch must stay stiff
-//! against leaning, or towers buckle.
-//! Normals are those of the substep's start; separations and lever arms follow the bodies' motion (`follow`).
+//! A substep is cut into `position_iterations` small steps `h`. Each applies gravity, warm-starts, solves every contact
+//! as an overdamped spring, there and back until that changes little, with friction before the first sweeps, moves the
+//! bodies, and solves once more with friction and rigid contacts, after a hit several times and over-relaxed, so that
+//! push-out leaves no kinetic energy behind. What gains some all the same is solved again (`cold`). A plain spring sags
+//! under load and a rigid contact rings when a heavy body lies on a light one; this spring is at rest at the load that
+//! its patch has carried lately, which does neither. Its share of that load follows far more slowly: a patch must stay
+//! stiff against leaning, or towers buckle. Normals are those of the substep's start; separations and lever arms follow
+//! the bodies' motion (`follow`).
 //!
-//! A sweep is one long chain of dependent operations, so several candidates are solved side by side, one in each lane of
-//! the processor's vectors, which takes hardly longer than one.
+//! A sweep is one long chain of dependent operations, so several candidates are solved side by side, one in each lane
+//! of the processor's vectors, which takes hardly longer than one.
 
 mod cold;
 mod follow;
@@ -102,8 +102,8 @@ impl<S: Simd> Substep for Wide<S> {
     }
 }
 
-/// The same with every nought positive. Contacts that a candidate lacks add noughts of either sign to its velocities, and no
-/// bit must tell of its company.
+/// The same with every nought positive. Contacts that a candidate lacks add noughts of either sign to its velocities,
+/// and no bit must tell of its company.
 fn unsigned(vector: Vec3) -> Vec3 {
     vector + 0.0
 }

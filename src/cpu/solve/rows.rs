@@ -29,11 +29,12 @@ pub struct Moving<S: Simd> {
     pub free: [Vector<S>; 4],
     /// The same for all candidates.
     pub inverse_mass: f32,
-    /// From the world to the body's principal axes at the substep's start, each scaled by the root of its inverse moment of
-    /// inertia: there a torque's arm is also what a unit impulse does to the spin, and the body weighs the same about all axes.
+    /// From the world to the body's principal axes at the substep's start, each scaled by the root of its inverse
+    /// moment of inertia: there a torque's arm is also what a unit impulse does to the spin, and the body weighs the
+    /// same about all axes.
     pub frame: Matrix<S>,
-    /// One for every axis about which it may turn in a substep and keep its inertia about as it is, nought for the others; the
-    /// same for all candidates.
+    /// One for every axis about which it may turn in a substep and keep its inertia about as it is, nought for the
+    /// others; the same for all candidates.
     pub round: Vec3,
     /// A bit for every candidate: true if the body has contacts, or may come to touch something.
     pub touched: u32,
@@ -73,8 +74,8 @@ impl<S: Simd> Moving<S> {
     }
 }
 
-/// One scalar constraint between two bodies: the relative velocity of their touching points along `axis`. Without effect on
-/// candidates whose axis is nought.
+/// One scalar constraint between two bodies: the relative velocity of their touching points along `axis`. Without
+/// effect on candidates whose axis is nought.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<S: Simd> {
     pub axis: Vector<S>,

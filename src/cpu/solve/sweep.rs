@@ -166,8 +166,8 @@ impl<S: Simd> Wide<S> {
     }
 
     /// One sweep over all patches, one way or the other: with springs overlap is pushed out, without only approach is
-    /// stopped. What is still apart may come no closer than touching. A sweep that changes the relative speed of a contact
-    /// makes its bodies restless.
+    /// stopped. What is still apart may come no closer than touching. A sweep that changes the relative speed of a
+    /// contact makes its bodies restless.
     #[inline(always)]
     fn sweep_normals<const SPRINGS: bool>(&mut self, settings: &SimSettings, Sweep { backwards, relaxation }: Sweep) {
         self.simd.vectorize(
@@ -242,7 +242,8 @@ impl<S: Simd> Friction<S> {
         let mut new_v = old_v - mass * pair.relative(v);
         let length = (new_u * new_u + new_v * new_v).sqrt();
         let slips = solved & length.simd_gt(self.limit);
-        // A branch, because the processor goes on without the root and the quotient while it guesses that nothing slips.
+        // A branch, because the processor goes on without the root and the quotient while it guesses that nothing
+        // slips.
         if slips.any_true() {
             let scale = slips.select(self.limit / length, splat(length.token(), 1.0));
             (new_u, new_v) = (new_u * scale, new_v * scale);
@@ -285,8 +286,8 @@ impl<S: Simd> Normal<S> {
         self.take(pair, total, solved).abs().simd_gt(mass * RELAXED_SPEED)
     }
 
-    /// Takes over an impulse where it is `solved`, nought if it would pull; it is nought where a candidate has no such point,
-    /// because there is no mass. Gives the change.
+    /// Takes over an impulse where it is `solved`, nought if it would pull; it is nought where a candidate has no such
+    /// point, because there is no mass. Gives the change.
     #[inline(always)]
     fn take(&mut self, pair: &mut Pair<S>, total: Number<S>, solved: Mask<S>) -> Number<S> {
         let total = solved.select(at_least::<S>(total, splat(total.token(), 0.0)), self.impulse);

@@ -1,11 +1,11 @@
 //! The contacts of several candidates side by side.
 //!
-//! A patch of the union is the `k`-th of a body pair in every candidate that has so many there. A candidate's patches keep
-//! their order in the union, and it keeps still while patches that it lacks are solved: so its bits do not depend on its
-//! company.
+//! A patch of the union is the `k`-th of a body pair in every candidate that has so many there. A candidate's patches
+//! keep their order in the union, and it keeps still while patches that it lacks are solved: so its bits do not depend
+//! on its company.
 //!
-//! Patches that share no body that moves may be solved in any order, with the same bits. They come one after the other, so
-//! that the processor begins with the next while it waits for one.
+//! Patches that share no body that moves may be solved in any order, with the same bits. They come one after the other,
+//! so that the processor begins with the next while it waits for one.
 
 use super::lanes::{MOST_LANES, Mask, Number, Vector, splat};
 use crate::cpu::contacts::{Contact, ContactSet, GROUND, Patch};

@@ -2,9 +2,9 @@
 //!
 //! Everything before works on convex parts, which cover the meshes but for a few hundredths of a millimetre, and rest
 //! with as much overlap; ready-made parts may fall short of theirs by millimetres. So the settled layout is looked at
-//! once more, triangle by triangle: meshes that touch are parted by the shortest of a set of shifts, up or sideways, that
-//! leads to a free place. What rests on the moved object moves along; rotations stay. What hangs on walls is parted too,
-//! though no simulation moves it; only what is not movable stays.
+//! once more, triangle by triangle: meshes that touch are parted by the shortest of a set of shifts, up or sideways,
+//! that leads to a free place. What rests on the moved object moves along; rotations stay. What hangs on walls is
+//! parted too, though no simulation moves it; only what is not movable stays.
 
 mod surface;
 mod tolerances;
@@ -45,8 +45,8 @@ pub struct MeshOverlap {
     pub depth: Option<f64>,
 }
 
-/// Parts the meshes of a layout as far as that goes, and leaves on their walls what is there. `shapes` and `layout` are in
-/// the scene's order.
+/// Parts the meshes of a layout as far as that goes, and leaves on their walls what is there. `shapes` and `layout` are
+/// in the scene's order.
 pub fn part_meshes(scene: &Scene, shapes: &[Shape], room: &Room, layout: &mut [Pose]) -> Clearances {
     let mut exact = Exact::new(scene, shapes, room, layout);
     exact.part();
@@ -160,7 +160,8 @@ impl<'a> Exact<'a> {
         }
     }
 
-    /// Lowers what was raised farther than it had to be, and what its parts hold a little above its bearer; bearers first.
+    /// Lowers what was raised farther than it had to be, and what its parts hold a little above its bearer; bearers
+    /// first.
     fn lower(&mut self) {
         for object in self.scene.bearers_first() {
             let bearer = match self.scene.objects[object].parent {

@@ -44,8 +44,8 @@ impl Surface {
     }
 
     /// The shifts of this surface along the third axis of `frame`, within `range`, at which it meets `other`, each
-    /// widened by `margin`, m. `apart`: how this surface has been moved relative to `other` since. None if the budget does
-    /// not suffice.
+    /// widened by `margin`, m. `apart`: how this surface has been moved relative to `other` since. None if the budget
+    /// does not suffice.
     pub fn blocked(
         &self,
         other: &Self,

@@ -4,8 +4,8 @@
 /// 0.03 m/s.
 pub(super) const REST: f64 = 0.05e-3;
 
-/// What stands no farther than this above `REST` is lowered to it, m: parts reach so far beyond the meshes, where soles are flat
-/// or round things are covered, and may reach as far into each other. Engines allow more.
+/// What stands no farther than this above `REST` is lowered to it, m: parts reach so far beyond the meshes, where soles
+/// are flat or round things are covered, and may reach as far into each other. Engines allow more.
 pub(super) const SINK: f64 = 0.15e-3;
 
 /// Meshes nearer than this count as touching and are parted, m. Far above the rounding of a file's decimals.
@@ -44,8 +44,8 @@ pub(super) const ROUNDS: usize = 8;
 /// How far down one looks for what an object rests on, m.
 pub(super) const DROP: f64 = 0.05;
 
-/// Most pairs of triangles that are looked at, once for parting and once for the report: some ten seconds. Then things are left as
-/// they are, and the report says so.
+/// Most pairs of triangles that are looked at, once for parting and once for the report: some ten seconds. Then things
+/// are left as they are, and the report says so.
 pub(super) const MAX_PAIRS: u64 = 50_000_000;
 
 /// Boxes of triangles are widened by this against the rounding of f32, m.

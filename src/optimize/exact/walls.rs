@@ -26,8 +26,8 @@ impl<'a> Walls<'a> {
         self.room.side_of(object).map(|side| self.room.sides[side].normal)
     }
 
-    /// True if an object that has been moved by `before` may be moved on by `step`: not farther through a wall, and what
-    /// hangs neither off its surface nor through the ceiling.
+    /// True if an object that has been moved by `before` may be moved on by `step`: not farther through a wall, and
+    /// what hangs neither off its surface nor through the ceiling.
     pub fn allow(&self, object: usize, before: DVec3, step: DVec3) -> bool {
         let hung = self.room.side_of(object);
         self.room.sides.iter().zip(&self.gaps[object]).enumerate().all(|(i, (side, gap))| {

@@ -7,9 +7,9 @@ use crate::world::{BackendError, Stream};
 use glam::{DQuat, Vec3};
 
 impl Opinions<'_> {
-    /// Copies of a layout in which what moves is shifted and turned, in every other one from where it comes to rest in one of
-    /// the runs. What has lost its support is set onto it again in all, what leans or has fallen in half of them: it may do so
-    /// for good, and take others along.
+    /// Copies of a layout in which what moves is shifted and turned, in every other one from where it comes to rest in
+    /// one of the runs. What has lost its support is set onto it again in all, what leans or has fallen in half of
+    /// them: it may do so for good, and take others along.
     pub(super) fn copies(&self, trial: &Trial, round: u32) -> Result<Vec<Layout>, BackendError> {
         let settled = |model: &Model| Ok(self.settled(model, std::slice::from_ref(&trial.layout))?.swap_remove(0));
         let elsewhere: Vec<Layout> = self.beside(1, &self.models[1..], settled)?;

@@ -11,8 +11,8 @@ use crate::optimize::{
 use crate::scene::{Parent, Scene};
 
 impl Opinions<'_> {
-    /// The same runs in which only those objects move that what fails in `trial` concerns. What came of the others in its
-    /// runs is taken to come of them again.
+    /// The same runs in which only those objects move that what fails in `trial` concerns. What came of the others in
+    /// its runs is taken to come of them again.
     pub(super) fn focused(&self, trial: &Trial) -> Self {
         let placed = self.run.rigs.iter().zip(&trial.layout).map(|(rig, pose)| Placed::new(rig, &rig.body(pose)));
         let placed: Vec<Placed> = placed.collect();
@@ -30,8 +30,8 @@ impl Opinions<'_> {
 }
 
 /// What fails, what bears it, what stands on it, and what touches any of these; but of what stands on the ground, or on
-/// something that never moves, and bears what fails only that which fails itself: the desk under a pile of books stays where
-/// it is.
+/// something that never moves, and bears what fails only that which fails itself: the desk under a pile of books stays
+/// where it is.
 fn concerned(scene: &Scene, failing: &[usize], touches: impl Fn(usize, usize) -> bool) -> Vec<bool> {
     let mut concerned = vec![false; scene.objects.len()];
     let mut fresh: Vec<usize> = failing.to_vec();

@@ -1,15 +1,16 @@
 //! A second opinion: what stands only on the facets of one decomposition, or on a point, does not stand in another
 //! engine.
 //!
-//! The settled layout is let go with all decompositions of its meshes, level and on slippery slopes that fall four ways. On
-//! slopes with the parts that the result names, and everywhere with V-HACD's, objects without a stated mass weigh as much as
-//! their parts are large: the mass of a category is a guess, and a lamp that only a heavy bowl holds falls elsewhere. What moves in any of these runs is searched
-//! once more, with a wider spread, and so is what leans or has lost its support. Copies of the layout have those objects
-//! shifted and turned at random, about where they are and about where they come to rest in one of the runs, or where there is
-//! room for them near the place at which they were set onto it. Each copy settles and is let go in the same way, and so are
-//! mixtures in which every object is as in the copy in which it costs least. What costs is what has lost its support, moves or
-//! has fallen over, and the way from the reconstruction. Copies and mixtures are looked at with what does not concern them
-//! held; the best of them are looked at as a whole, and the cheapest goes on.
+//! The settled layout is let go with all decompositions of its meshes, level and on slippery slopes that fall four
+//! ways. On slopes with the parts that the result names, and everywhere with V-HACD's, objects without a stated mass
+//! weigh as much as their parts are large: the mass of a category is a guess, and a lamp that only a heavy bowl holds
+//! falls elsewhere. What moves in any of these runs is searched once more, with a wider spread, and so is what leans or
+//! has lost its support. Copies of the layout have those objects shifted and turned at random, about where they are and
+//! about where they come to rest in one of the runs, or where there is room for them near the place at which they were
+//! set onto it. Each copy settles and is let go in the same way, and so are mixtures in which every object is as in the
+//! copy in which it costs least. What costs is what has lost its support, moves or has fallen over, and the way from
+//! the reconstruction. Copies and mixtures are looked at with what does not concern them held; the best of them are
+//! looked at as a whole, and the cheapest goes on.
 
 mod copies;
 mod focus;
@@ -27,8 +28,8 @@ use trial::{Release, Trial};
 /// Poses of all objects.
 type Layout = Vec<scene::Pose>;
 
-/// The movable objects as they are in each run: with the parts that the result names, with their alternative ones, and with
-/// either on slopes.
+/// The movable objects as they are in each run: with the parts that the result names, with their alternative ones, and
+/// with either on slopes.
 pub(super) struct Opinions<'a> {
     run: &'a Run<'a>,
     /// Which objects move.
@@ -47,8 +48,8 @@ impl<'a> Opinions<'a> {
         Self { run, group: group.clone(), models, settling, known: vec![Release::default(); layout.len()] }
     }
 
-    /// Searches what does not stand in all runs once more, from where `state` has it. The layout stays as it is unless a better
-    /// one is found. `Stop` if the observer ended it early.
+    /// Searches what does not stand in all runs once more, from where `state` has it. The layout stays as it is unless
+    /// a better one is found. `Stop` if the observer ended it early.
     pub fn improve(
         &self,
         layout: &mut Layout,
@@ -83,8 +84,8 @@ impl<'a> Opinions<'a> {
         Ok(flow)
     }
 
-    /// The layout, or the same with room between what stands side by side if that costs no support: other engines' parts reach
-    /// farther sideways. What then moves is searched like everything that does.
+    /// The layout, or the same with room between what stands side by side if that costs no support: other engines'
+    /// parts reach farther sideways. What then moves is searched like everything that does.
     fn roomy(&self, layout: &Layout) -> Result<Trial, BackendError> {
         let here = self.judge(vec![layout.clone()])?.swap_remove(0);
         let Some(spread) = projection::spread(self.run.scene, &self.run.rigs, layout, &self.group) else {
@@ -98,7 +99,8 @@ impl<'a> Opinions<'a> {
     fn round(&self, best: &Trial, round: u32) -> Result<Vec<Trial>, BackendError> {
         let copies = self.copies(best, round)?;
         let mut trials = self.judge_copies(self.settled(&self.settling, &copies)?, best)?;
-        // What stands here and there in different trials may stand together; what does not may still stand one at a time.
+        // What stands here and there in different trials may stand together; what does not may still stand one at a
+        // time.
         let one_by_one = best.failing.chunks(1).map(|object| mixed(best, &trials, object));
         let mixtures: Vec<Layout> = one_by_one.chain([mixed(best, &trials, &best.failing)]).collect();
         trials.extend(self.judge(self.settled(&self.settling, &mixtures)?)?);

@@ -8,8 +8,8 @@ use glam::Vec2;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Where the runs begin in which a race goes on: V-HACD's parts overlap and are many, and each of their runs takes as long as
-/// ten others.
+/// Where the runs begin in which a race goes on: V-HACD's parts overlap and are many, and each of their runs takes as
+/// long as ten others.
 pub(super) const LAPS: [usize; 2] = [10, 11];
 
 /// The runs on level ground with other parts.

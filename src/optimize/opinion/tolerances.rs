@@ -9,8 +9,8 @@ pub(super) const PATIENCE: u32 = 2;
 /// Copies that a round looks at.
 pub(super) const COPIES: u32 = 64;
 
-/// Standard deviation of the shift of an object that fails: m, horizontal and vertical; and of its turn about each axis, rad.
-/// The last copies have all of it, the first ones next to nothing.
+/// Standard deviation of the shift of an object that fails: m, horizontal and vertical; and of its turn about each
+/// axis, rad. The last copies have all of it, the first ones next to nothing.
 pub(super) const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
 
 /// So many of the cheapest copies and mixtures of a round are looked at as a whole.
@@ -25,8 +25,8 @@ pub(super) const LEADERS_OF_ONE: usize = 2;
 /// Less than this is no gain.
 pub(super) const WORTH: f64 = 0.05;
 
-/// How steep the slopes are, rad (1.1°): other engines push what touches apart by tenths of a millimetre, and what stands on
-/// less than that falls there.
+/// How steep the slopes are, rad (1.1°): other engines push what touches apart by tenths of a millimetre, and what
+/// stands on less than that falls there.
 pub(super) const SLOPE: f32 = 0.02;
 
 /// Share of the friction that is left on them: what leans with all of it creeps in engines whose friction gives way.
@@ -56,8 +56,8 @@ pub(super) const FELL: f64 = 5.0;
 /// What it costs that one has come to another level.
 pub(super) const ON_ANOTHER_LEVEL: f64 = 8.0;
 
-/// What is so much higher or lower than it was set onto its support is on another level, m: what other parts push off the
-/// board of a shelf finds rest on the next one.
+/// What is so much higher or lower than it was set onto its support is on another level, m: what other parts push off
+/// the board of a shelf finds rest on the next one.
 pub(super) const LEVELS_APART: f64 = 0.1;
 
 /// What is deeper than this in another at rest is jammed, m: parts of meshes that only touch overlap by less.
@@ -66,5 +66,6 @@ pub(super) const JAMMED: f32 = 2e-3;
 /// What that costs.
 pub(super) const JAMS: f64 = 3.0;
 
-/// An object turned by more than this from how it was set onto its support leans on something, or has fallen, rad (15°).
+/// An object turned by more than this from how it was set onto its support leans on something, or has fallen, rad
+/// (15°).
 pub(super) const LEANING: f64 = 0.26;

@@ -23,8 +23,8 @@ pub(super) struct Trial {
     pub lost: Vec<usize>,
     /// Those; if there are none, those that lean or have fallen.
     pub astray: Vec<usize>,
-    /// How far the objects are from the reconstruction and how much farther they go when let go, on average over the runs, as
-    /// the layout term weighs it; and what it costs that they lost their supports, fell or moved.
+    /// How far the objects are from the reconstruction and how much farther they go when let go, on average over the
+    /// runs, as the layout term weighs it; and what it costs that they lost their supports, fell or moved.
     pub cost: f64,
     /// What each object contributes to it.
     pub costs: Vec<f64>,
@@ -48,8 +48,8 @@ impl Opinions<'_> {
         self.let_go(&self.models, layouts, released)
     }
 
-    /// The same for copies of `best`, but what can be neither the cheapest nor have the cheapest of what fails does not end
-    /// its runs and does not come back.
+    /// The same for copies of `best`, but what can be neither the cheapest nor have the cheapest of what fails does not
+    /// end its runs and does not come back.
     pub(super) fn judge_copies(&self, layouts: Vec<Layout>, best: &Trial) -> Result<Vec<Trial>, BackendError> {
         let [second, third] = LAPS;
         let released = vec![self.known.clone(); layouts.len()];
@@ -106,8 +106,8 @@ impl Opinions<'_> {
         self.beside(1, &begun, |(layout, released)| self.trial(layout.clone(), released.clone()))
     }
 
-    /// What `work` makes of the items, in their order. As many at a time beside one another as leave the backend room, if each
-    /// simulates so many candidates.
+    /// What `work` makes of the items, in their order. As many at a time beside one another as leave the backend room,
+    /// if each simulates so many candidates.
     pub(super) fn beside<T: Sync, R: Send>(
         &self,
         candidates: usize,
@@ -184,8 +184,8 @@ impl Opinions<'_> {
     }
 }
 
-/// Ends what is begun where it may matter: first what leads, then, lap by lap, what that and `best` do not beat already. No
-/// lap makes a trial cheaper, so what is beaten stays beaten.
+/// Ends what is begun where it may matter: first what leads, then, lap by lap, what that and `best` do not beat
+/// already. No lap makes a trial cheaper, so what is beaten stays beaten.
 fn race<L, E>(
     begun: Vec<Trial>,
     best: &Trial,
@@ -250,7 +250,8 @@ mod tests {
     }
 
     proptest! {
-        /// Costs of trials after the first runs, and what the others add: a multiple of a quarter, so that some are equal.
+        /// Costs of trials after the first runs, and what the others add: a multiple of a quarter, so that some are
+        /// equal.
         #[test]
         fn a_race_finds_what_all_would_and_ends_no_more_than_all(
             costs in prop::collection::vec(prop::collection::vec([0_u8..20, 0_u8..12, 0_u8..12], 3), 1..64),

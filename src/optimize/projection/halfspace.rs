@@ -17,7 +17,8 @@ pub(super) struct HalfSpace {
     pub least: f64,
 }
 
-/// The moves, m. `mobility[i]` is 1 / wᵢ, 0 for what stays. What cannot be satisfied is satisfied as far as the sweeps get.
+/// The moves, m. `mobility[i]` is 1 / wᵢ, 0 for what stays. What cannot be satisfied is satisfied as far as the sweeps
+/// get.
 pub(super) fn least_move(half_spaces: &[HalfSpace], mobility: &[f64]) -> Vec<DVec3> {
     let mut moves = vec![DVec3::ZERO; mobility.len()];
     let mut multipliers = vec![0.0; half_spaces.len()];
@@ -61,7 +62,8 @@ mod tests {
         assert_eq!(least_move(&[apart(0, 1, DVec3::X, 0.4)], &[0.0, 0.0]), [DVec3::ZERO; 2]);
     }
 
-    /// Without the multipliers, the first half-space would push the second unit away although the third does not need it.
+    /// Without the multipliers, the first half-space would push the second unit away although the third does not need
+    /// it.
     #[test]
     fn a_half_space_that_others_satisfy_does_not_push() {
         let wall = HalfSpace { first: 0, second: None, along: DVec3::X, least: 1.0 };

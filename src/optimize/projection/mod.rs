@@ -1,10 +1,10 @@
 //! The nearest layout in which nothing overlaps: a projection of the reconstruction onto the feasible layouts.
 //!
 //! Translations x are the variables, rotations stay: min Σ |xᵢ|² over the objects, subject to no two convex parts of
-//! different units overlapping and nothing below the ground. For two units the forbidden differences xᵢ − xⱼ are a union
-//! of convex sets; every round replaces it, where they overlap, by one half-space whose normal is the direction in which
-//! they part with the least move, and solves for the least move of all that satisfies every half-space found so far
-//! (`halfspace`). At the end each unit is drawn back towards the reconstruction as far as it stays clear.
+//! different units overlapping and nothing below the ground. For two units the forbidden differences xᵢ − xⱼ are a
+//! union of convex sets; every round replaces it, where they overlap, by one half-space whose normal is the direction
+//! in which they part with the least move, and solves for the least move of all that satisfies every half-space found
+//! so far (`halfspace`). At the end each unit is drawn back towards the reconstruction as far as it stays clear.
 //!
 //! What lies inside something is meant to be in it: it moves with its container, and the two are not parted.
 
@@ -43,8 +43,8 @@ pub struct Projection {
     pub shifts: Vec<DVec3>,
 }
 
-/// Moves the objects of a layout apart. `shapes` and `layout` are in the scene's order. A layout in which nothing overlaps
-/// by more than touching keeps every bit.
+/// Moves the objects of a layout apart. `shapes` and `layout` are in the scene's order. A layout in which nothing
+/// overlaps by more than touching keeps every bit.
 pub fn project(scene: &Scene, shapes: &[Shape], layout: &mut [Pose], scope: Scope) -> Projection {
     let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
     let mut projection = Projection { converged: true, rounds: 0, shifts: vec![DVec3::ZERO; layout.len()] };
@@ -64,8 +64,8 @@ pub fn project(scene: &Scene, shapes: &[Shape], layout: &mut [Pose], scope: Scop
     projection
 }
 
-/// The mean of a search that starts where a group's projection is: six numbers a unit, shift and no turn. None if nothing
-/// overlaps or the projection does not converge.
+/// The mean of a search that starts where a group's projection is: six numbers a unit, shift and no turn. None if
+/// nothing overlaps or the projection does not converge.
 pub(super) fn start(scene: &Scene, rigs: &[Rig], layout: &[Pose], group: &Group) -> Option<Vec<f32>> {
     let units: Vec<Unit> = (group.members().into_iter())
         .map(|(objects, moves)| {
@@ -104,7 +104,8 @@ pub(super) fn spread(scene: &Scene, rigs: &[Rig], layout: &[Pose], group: &Group
     shifts.iter().any(|shift| *shift != DVec3::ZERO).then_some(spread)
 }
 
-/// What is projected together, stage after stage: lists of objects that keep together, root first, and whether they move.
+/// What is projected together, stage after stage: lists of objects that keep together, root first, and whether they
+/// move.
 fn stages(scene: &Scene, scope: Scope) -> Vec<Vec<(Vec<usize>, bool)>> {
     let free = |&object: &usize| !scene.is_static(object) && !is_nested(scene, object);
     match scope {

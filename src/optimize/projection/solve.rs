@@ -110,7 +110,8 @@ impl<'a> Solver<'a> {
         (a.moves || b.moves) && a.overlaps(b, moves[i] - moves[j], self.scene)
     }
 
-    /// The direction in which the first of two that overlap leaves the second at the least cost, and how far that is, m.
+    /// The direction in which the first of two that overlap leaves the second at the least cost, and how far that is,
+    /// m.
     fn heading(&self, (i, j): (usize, usize), moves: &[DVec3], parting: Option<&Parting>) -> (Vec3, f32) {
         let (a, b) = (&self.units[i], &self.units[j]);
         let apart = moves[i] - moves[j];
@@ -131,7 +132,8 @@ impl<'a> Solver<'a> {
                 let loyal = parting.is_some_and(|parting| parting.along == heading.along);
                 length * heading.cost * if loyal { LOYALTY } else { 1.0 }
             };
-            // What overlaps deeper than touching is not left within less: there the other was cleared, or not met at all.
+            // What overlaps deeper than touching is not left within less: there the other was cleared, or not met at
+            // all.
             let real = exits.into_iter().filter(|(_, length)| *length > TOUCHING);
             real.min_by(|a, b| cost(a).total_cmp(&cost(b))).map(|(heading, length)| (heading.along, length))
         };
@@ -165,8 +167,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Draws each unit back towards where it was as far as it stays clear, the farthest first: a half-space that was needed
-    /// on the way may not be at the end.
+    /// Draws each unit back towards where it was as far as it stays clear, the farthest first: a half-space that was
+    /// needed on the way may not be at the end.
     fn draw_back(&self, moves: &mut [DVec3]) {
         let mut farthest: Vec<usize> = (0..moves.len()).filter(|&i| moves[i] != DVec3::ZERO).collect();
         farthest.sort_by(|&i, &j| moves[j].length().total_cmp(&moves[i].length()));

@@ -8,8 +8,8 @@ pub(super) const TOUCHING: f32 = TOUCHING_DEPTH;
 /// Room that two things get when they are parted, m: rounding never makes a parted pair overlap again.
 pub(super) const MARGIN: f32 = 0.1e-3;
 
-/// Room that things beside each other are given at the end, each as a share of its size and at most so many m: other engines'
-/// convex parts reach beyond a mesh by so much, and what begins inside another is thrown.
+/// Room that things beside each other are given at the end, each as a share of its size and at most so many m: other
+/// engines' convex parts reach beyond a mesh by so much, and what begins inside another is thrown.
 pub(super) const ROOM: f32 = 0.005;
 pub(super) const MAX_ROOM: f32 = 0.01;
 
@@ -26,8 +26,8 @@ pub(super) const OFF_THE_BEARER: f32 = 2.0;
 /// them lies on the other and has sunk in.
 pub(super) const ONTO_THE_OTHER: f32 = 3.0;
 
-/// A pair that overlaps again prefers the direction that it has by this share of its length: without it pairs change sides
-/// for ever.
+/// A pair that overlaps again prefers the direction that it has by this share of its length: without it pairs change
+/// sides for ever.
 pub(super) const LOYALTY: f32 = 0.5;
 
 /// A pair that has changed its direction so many times keeps the one that it has.

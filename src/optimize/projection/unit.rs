@@ -106,8 +106,8 @@ fn deeper_than_touching(a: &ConvexPolyhedron, shift: Vec3, b: &ConvexPolyhedron)
     if depth > 0.5 * TOUCHING {
         return depth > TOUCHING;
     }
-    // The library calls some deep overlaps of parts that are alike a mere touch. The shortest way out along an axis is at
-    // most √3 times the depth: what truly has half of what counts as touching is never taken for more here.
+    // The library calls some deep overlaps of parts that are alike a mere touch. The shortest way out along an axis is
+    // at most √3 times the depth: what truly has half of what counts as touching is never taken for more here.
     let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
     let is_deep = |along| {
         let overlap = overlap_interval((&there, a), (&here, b), along, 0.0);

@@ -7,8 +7,8 @@ use crate::scene::{Parent, Pose, Root, Scene};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// The walls that something is on or against. They are parallel to the large furniture; each encloses what stands on the
-/// ground and lies behind at least half of what hangs there.
+/// The walls that something is on or against. They are parallel to the large furniture; each encloses what stands on
+/// the ground and lies behind at least half of what hangs there.
 pub(super) fn walls(scene: &Scene, forms: &[Form], layout: &[Pose]) -> Vec<Side> {
     let turn = DQuat::from_rotation_y(yaw(scene, forms, layout));
     let normals = [0.0, FRAC_PI_2, -FRAC_PI_2, PI].map(|angle| turn * (DQuat::from_rotation_y(angle) * DVec3::Z));

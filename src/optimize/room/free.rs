@@ -1,5 +1,5 @@
-//! The nearest free place of something on its wall or ceiling, on convex parts: those cover the meshes, are solid, and are
-//! what the simulation will push apart.
+//! The nearest free place of something on its wall or ceiling, on convex parts: those cover the meshes, are solid, and
+//! are what the simulation will push apart.
 
 use super::tolerances::{CLEARANCE, CONTACT, ITS_OWN, LEVEL, MAX_INSIDE, MAX_OFF, SLIDES, TOUCHES};
 use super::{Form, Room};
@@ -34,8 +34,9 @@ impl<'a> Space<'a> {
         Self { room, forms, rigs }
     }
 
-    /// Looks for room for `moving` (the first is what hangs on the side, the others ride along) among the `others`: away
-    /// from the surface as long as that counts as touching, then along it by the least distance, then farther away.
+    /// Looks for room for `moving` (the first is what hangs on the side, the others ride along) among the `others`:
+    /// away from the surface as long as that counts as touching, then along it by the least distance, then farther
+    /// away.
     pub fn place(&self, side: usize, moving: &[usize], others: &[usize], layout: &[Pose]) -> Place {
         let normal = self.room.sides[side].normal;
         let away = self.first_free(side, moving, others, layout, normal, MAX_OFF);
@@ -112,8 +113,8 @@ impl<'a> Space<'a> {
         }
     }
 
-    /// The shifts at which an object would reach through the ground, the ceiling or a wall other than its own, m. What it
-    /// does not fit between anyway, or what it is far beyond, does not bound it.
+    /// The shifts at which an object would reach through the ground, the ceiling or a wall other than its own, m. What
+    /// it does not fit between anyway, or what it is far beyond, does not bound it.
     fn bounds(&self, side: usize, object: usize, layout: &[Pose], direction: DVec3) -> Vec<[f64; 2]> {
         let corners = || self.forms[object].mesh(&layout[object]);
         let ground = corners().map(|p| p.y).fold(f64::INFINITY, f64::min);

@@ -1,9 +1,9 @@
 //! The room around the objects: walls and a ceiling, given by the scene or else fitted to its objects (`fit`), and what
 //! belongs on them put there (`place`, `free`).
 //!
-//! What hangs on a wall or ceiling is placed before the search, on the furniture's way from the ground up: what it bears
-//! needs a parent that stands where it will stay, and what stands below has to know what it must not run into. A wall also
-//! bears: it is a static body in every simulation, as far as the furniture really stands inside it.
+//! What hangs on a wall or ceiling is placed before the search, on the furniture's way from the ground up: what it
+//! bears needs a parent that stands where it will stay, and what stands below has to know what it must not run into. A
+//! wall also bears: it is a static body in every simulation, as far as the furniture really stands inside it.
 
 mod fit;
 mod free;
@@ -210,8 +210,8 @@ impl Room {
         (near && (wall.bears || wall.fitted)).then_some(wall)
     }
 
-    /// Lets fitted walls bear what leans on them, and leaves out those that nothing hangs or leans on: a guess that is not
-    /// needed changes nothing.
+    /// Lets fitted walls bear what leans on them, and leaves out those that nothing hangs or leans on: a guess that is
+    /// not needed changes nothing.
     pub(super) fn keep_needed(&mut self, scene: &Scene, forms: &[Form], leaning: &[usize], layout: &[Pose]) {
         for &object in leaning {
             if let Some(wall) = self.nearest(Root::Wall, &forms[object], &layout[object]) {
@@ -263,8 +263,8 @@ pub(super) fn body(side: &Side, [low, high]: [DVec3; 2]) -> BodyDef {
     }
 }
 
-/// How little an object belongs to a plane, m: how far its middle is from it and how deep it is across. So a picture in a
-/// corner belongs to the wall that it is flat on. What leans belongs to the wall that it leans towards.
+/// How little an object belongs to a plane, m: how far its middle is from it and how deep it is across. So a picture in
+/// a corner belongs to the wall that it is flat on. What leans belongs to the wall that it leans towards.
 pub(super) fn remoteness(form: &Form, pose: &Pose, normal: DVec3, point: DVec3) -> f64 {
     let [low, high] = form
         .mesh(pose)

@@ -36,8 +36,8 @@ impl Outline {
         Self { corners, center }
     }
 
-    /// How far the object has to be turned about +Y for its flat side that is nearest to facing `toward` to face it, rad;
-    /// none if no flat side is within 25° of it.
+    /// How far the object has to be turned about +Y for its flat side that is nearest to facing `toward` to face it,
+    /// rad; none if no flat side is within 25° of it.
     pub fn turn_to(&self, toward: DVec3) -> Option<f64> {
         let target = yaw(toward.xz());
         let across = toward.xz().perp();

@@ -1,5 +1,5 @@
-//! Puts objects where they belong: what hangs onto its wall or ceiling, what stands at a wall against it, and everything
-//! else inside the walls.
+//! Puts objects where they belong: what hangs onto its wall or ceiling, what stands at a wall against it, and
+//! everything else inside the walls.
 
 use super::free::{Place, Space};
 use super::outline::{Outline, wrapped, yaw};
@@ -21,8 +21,8 @@ pub(in crate::optimize) struct Placer<'a> {
 }
 
 impl Placer<'_> {
-    /// Puts what stands at a wall against it, but for the `leaning` which already are, and everything that reaches through
-    /// a wall inside, each with what it bears.
+    /// Puts what stands at a wall against it, but for the `leaning` which already are, and everything that reaches
+    /// through a wall inside, each with what it bears.
     pub fn furnish(&self, leaning: &[usize], layout: &mut [Pose], placements: &mut [Option<Placement>]) {
         for object in self.scene.bearers_first() {
             if !stands(self.scene, object) {
@@ -216,8 +216,8 @@ impl Placer<'_> {
     }
 }
 
-/// How far a mesh has to be turned about +Y for its nearest horizontal axis to be along a wall's normal, rad; none if that
-/// is more than 25°.
+/// How far a mesh has to be turned about +Y for its nearest horizontal axis to be along a wall's normal, rad; none if
+/// that is more than 25°.
 fn turn_of_axes(rotation: DQuat, normal: DVec3) -> Option<f64> {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| rotation * axis);
     let turns = axes.into_iter().filter(|axis| axis.y.abs() < HORIZONTAL);

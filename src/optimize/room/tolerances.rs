@@ -28,7 +28,8 @@ pub(super) const PLUMB: f64 = 0.01 * DEGREE;
 /// Sides of an outline whose directions differ by less than this are one: reconstructed backs are uneven, rad.
 pub(super) const SAME_SIDE: f64 = 3.0 * DEGREE;
 
-/// A side that is shorter than this share of the object's width is no back: one of a circle, uneven ones joined, has 0.05.
+/// A side that is shorter than this share of the object's width is no back: one of a circle, uneven ones joined, has
+/// 0.05.
 pub(super) const FLAT: f64 = 0.12;
 
 /// An axis of a mesh is horizontal if its vertical share is less than this (sine of 11°).

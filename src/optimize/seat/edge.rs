@@ -1,5 +1,5 @@
-//! What falls off its support is moved inwards, as little as need be: reconstructions put cups and fruit beyond the edge of
-//! the table that they stand on.
+//! What falls off its support is moved inwards, as little as need be: reconstructions put cups and fruit beyond the
+//! edge of the table that they stand on.
 
 use super::tolerances::{DISTANCES, MARGIN, STEPS, WIDE_SHARE, WIDEST};
 use super::{Rest, Seat};
@@ -19,8 +19,8 @@ impl Seat<'_> {
         rest.is_some_and(|rest| placed(parent, &layout[parent]).bears(&placed(object, &rest.pose), relation))
     }
 
-    /// Moves an object, with everything on it, sideways to the nearest place where it stays on its parent. False, and left
-    /// as it was, if there is none.
+    /// Moves an object, with everything on it, sideways to the nearest place where it stays on its parent. False, and
+    /// left as it was, if there is none.
     pub(super) fn move_inwards(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
         for distance in DISTANCES {
             let near: Vec<DVec3> = directions().map(|along| along * distance).collect();
@@ -40,9 +40,9 @@ impl Seat<'_> {
         Ok(false)
     }
 
-    /// Moves an object that stays on its parent away from the edge, where there is one within a wide margin or, on something
-    /// narrow, within `MARGIN`, with everything on it. False, and left as it was, if there is none.
-    /// `still`: it hardly moves where it is, and shall not elsewhere.
+    /// Moves an object that stays on its parent away from the edge, where there is one within a wide margin or, on
+    /// something narrow, within `MARGIN`, with everything on it. False, and left as it was, if there is none. `still`:
+    /// it hardly moves where it is, and shall not elsewhere.
     pub(super) fn move_from_edge(
         &self,
         object: usize,
@@ -81,8 +81,8 @@ impl Seat<'_> {
         Ok(inside.is_some())
     }
 
-    /// Where an object is when set down after each shift, and how far from there it comes to rest, m; none where it does
-    /// not stay on its parent, or is to be `still` and is not.
+    /// Where an object is when set down after each shift, and how far from there it comes to rest, m; none where it
+    /// does not stay on its parent, or is to be `still` and is not.
     fn staying(
         &self,
         object: usize,

@@ -6,8 +6,8 @@
 //! they overlap are one interval, and the upper ends of the joined intervals are the heights of support under the
 //! object's footprint (REST3D's stage 2b, which takes the parent's highest point instead). Then the object is simulated
 //! alone on its held parent: a desk that leans by two degrees would otherwise throw about what the search has carefully
-//! set onto it, when at last it falls level. What falls over alone is tried once more upright, or against its wall if the
-//! scene says that it stands at one; what rolls is set down in the nearest pose in which it stays (`roll`).
+//! set onto it, when at last it falls level. What falls over alone is tried once more upright, or against its wall if
+//! the scene says that it stands at one; what rolls is set down in the nearest pose in which it stays (`roll`).
 
 mod edge;
 mod roll;
@@ -80,9 +80,9 @@ pub(super) struct Seat<'a> {
 }
 
 impl Seat<'_> {
-    /// Sets the objects of `layout` that `which` names onto their supports, each with everything on it. What never moves
-    /// stays. Returns those that only stay when they lean on a wall. What others stay on besides their parents goes into
-    /// `bearers`.
+    /// Sets the objects of `layout` that `which` names onto their supports, each with everything on it. What never
+    /// moves stays. Returns those that only stay when they lean on a wall. What others stay on besides their parents
+    /// goes into `bearers`.
     pub fn run(
         &self,
         which: impl Fn(usize) -> bool,
@@ -163,8 +163,9 @@ impl Seat<'_> {
         [self.rigs, a, b].map(|rigs| Self { rigs, ..*self })
     }
 
-    /// Moves an object to `pose`, and everything on it as its centre moves, up or down with what is below. What leans was
-    /// reconstructed wrongly, not what is on it: that is turned along only if it is inside, or the object turns far.
+    /// Moves an object to `pose`, and everything on it as its centre moves, up or down with what is below. What leans
+    /// was reconstructed wrongly, not what is on it: that is turned along only if it is inside, or the object turns
+    /// far.
     pub(super) fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
         let (old, moves) = (layout[object], |child: usize| !self.scene.is_static(child));
         let turn = pose.rotation * old.rotation.conjugate();
@@ -217,8 +218,8 @@ impl Seat<'_> {
         support_shift(&Solid::new(&self.rigs[object], pose, FOOTPRINT), bearer)
     }
 
-    /// Shifts an object that is inside another, but reaches into its side and would have to be raised onto its rim, to the
-    /// nearest place where it rests closer to its own height.
+    /// Shifts an object that is inside another, but reaches into its side and would have to be raised onto its rim, to
+    /// the nearest place where it rests closer to its own height.
     fn step_inside(&self, object: usize, layout: &mut [scene::Pose]) {
         let Object { relation: Relation::Inside, parent: Parent::Object(parent), .. } = self.scene.objects[object]
         else {

@@ -9,9 +9,9 @@ use crate::world::BackendError;
 use glam::{DQuat, DVec3};
 
 impl Seat<'_> {
-    /// Turns an object, with everything on it, to the pose of rest on its parent that is near to its own and that it keeps
-    /// with all decompositions. Left as it was if that takes it farther than the `fall` that it would take otherwise, rad, or
-    /// if it would have fallen over.
+    /// Turns an object, with everything on it, to the pose of rest on its parent that is near to its own and that it
+    /// keeps with all decompositions. Left as it was if that takes it farther than the `fall` that it would take
+    /// otherwise, rad, or if it would have fallen over.
     pub(super) fn set_at_rest(&self, object: usize, fall: f32, layout: &mut [scene::Pose]) -> Result<(), BackendError> {
         let was = layout[object];
         let center = |pose: &scene::Pose| self.rigs[object].center_of(pose);

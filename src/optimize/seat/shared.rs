@@ -1,5 +1,5 @@
-//! What its parent alone does not hold: a board on two trestles, a broom that leans on a wardrobe. A scene names one bearer;
-//! the others are found here, and bear wherever the object is simulated apart from the rest of the scene.
+//! What its parent alone does not hold: a board on two trestles, a broom that leans on a wardrobe. A scene names one
+//! bearer; the others are found here, and bear wherever the object is simulated apart from the rest of the scene.
 
 use super::tolerances::{BESIDE, STEADY, STEP};
 use super::{Rest, Seat};
@@ -8,9 +8,9 @@ use crate::scene::{self, Parent};
 use crate::world::{BackendError, BodyDef, STATIC};
 
 impl Seat<'_> {
-    /// Lets an object that does not stay on its parent come to rest with what else is below it held, too, or, if it leans on
-    /// the ground and so was meant to, what is beside it. Of the `set` ones. Tells what it rests on then; none, and left as it was,
-    /// if it stays on nothing.
+    /// Lets an object that does not stay on its parent come to rest with what else is below it held, too, or, if it
+    /// leans on the ground and so was meant to, what is beside it. Of the `set` ones. Tells what it rests on then;
+    /// none, and left as it was, if it stays on nothing.
     pub(super) fn rest_on_others(
         &self,
         object: usize,

@@ -1,6 +1,7 @@
 //! What decides how objects are set onto their supports: in metres, radians and seconds.
 
-/// An object is not shifted farther than this onto another, m: what is farther off is not a wrong height but a wrong parent.
+/// An object is not shifted farther than this onto another, m: what is farther off is not a wrong height but a wrong
+/// parent.
 pub(super) const MAX_SHIFT: f32 = 0.2;
 
 /// The footprint that looks for support is so much narrower than the object: a book that leans into a wall of the shelf
@@ -22,15 +23,16 @@ pub(super) const MAX_TURN: f32 = 0.2;
 /// An object that slides farther than this when left alone keeps its pose, m.
 pub(super) const MAX_SLIDE: f32 = 0.05;
 
-/// Distances at which a better place is looked for, one after the other, m. What is farther off its support than the last is
-/// not at an edge: it has a wrong parent.
+/// Distances at which a better place is looked for, one after the other, m. What is farther off its support than the
+/// last is not at an edge: it has a wrong parent.
 pub(super) const DISTANCES: [f64; 8] = [0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2];
 
-/// An object that stays shall also stay when it is put so much farther to any side, m: it is not to stand on the very edge.
+/// An object that stays shall also stay when it is put so much farther to any side, m: it is not to stand on the very
+/// edge.
 pub(super) const MARGIN: f64 = 0.01;
 
-/// Where there is room, that margin is this share of an object's width: other decompositions have the centre of mass of a
-/// microwave oven 3 cm farther to one side.
+/// Where there is room, that margin is this share of an object's width: other decompositions have the centre of mass of
+/// a microwave oven 3 cm farther to one side.
 pub(super) const WIDE_SHARE: f64 = 0.1;
 
 /// Widest of these margins, m.
@@ -63,8 +65,8 @@ pub(super) const APART: f64 = 0.04;
 /// How many of the nearest poses of rest are looked at.
 pub(super) const NEAREST: usize = 12;
 
-/// The tilt, to four sides, from which an object shall come back to its pose of rest, rad (1.1°): other engines and other
-/// decompositions have such errors.
+/// The tilt, to four sides, from which an object shall come back to its pose of rest, rad (1.1°): other engines and
+/// other decompositions have such errors.
 pub(super) const NUDGE: f64 = 0.02;
 
 /// What a radian costs that it ends away from there, on average over all decompositions, in radians from the

@@ -7,8 +7,9 @@ use crate::scene::Pose;
 use crate::world::BackendError;
 
 impl Seat<'_> {
-    /// Where the object rests with its centre where it was reconstructed: a wardrobe that leans rights itself about its lower
-    /// edge, and its top goes aside by twice the error of the reconstruction. As it came to rest if it does not rest there.
+    /// Where the object rests with its centre where it was reconstructed: a wardrobe that leans rights itself about its
+    /// lower edge, and its top goes aside by twice the error of the reconstruction. As it came to rest if it does not
+    /// rest there.
     pub(super) fn put_back(&self, object: usize, rest: &Rest, layout: &[Pose]) -> Result<Pose, BackendError> {
         if rest.shift < ASIDE {
             return Ok(rest.pose);
@@ -26,8 +27,8 @@ impl Seat<'_> {
         Ok(better.map_or(rest.pose, |again| again.pose))
     }
 
-    /// Sets a leaning object upright if it stays there and has turned less than the `fall` that it would take otherwise,
-    /// rad: a round fruit rolls to rest by itself. False if it was left as it was.
+    /// Sets a leaning object upright if it stays there and has turned less than the `fall` that it would take
+    /// otherwise, rad: a round fruit rolls to rest by itself. False if it was left as it was.
     pub(super) fn set_upright(&self, object: usize, fall: f32, layout: &mut [Pose]) -> Result<bool, BackendError> {
         let leaning = layout.to_vec();
         let Some(upright) = upright(&leaning[object], self.rigs[object].center_of(&leaning[object]), LEAN) else {

@@ -1,6 +1,7 @@
 //! GLB and glTF: the triangles of every node of the default scene, its transform applied.
 //!
-//! Skins and morph targets are ignored, materials and images too unless asked for (`gltf_look`). Geometry that only an extension holds is an error.
+//! Skins and morph targets are ignored, materials and images too unless asked for (`gltf_look`). Geometry that only an
+//! extension holds is an error.
 
 use super::accessor::Buffers;
 use super::gltf_look::LookReader;
@@ -85,7 +86,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The nodes of the default scene; of the first one where none is named; without scenes, all that are nobody's child.
+    /// The nodes of the default scene; of the first one where none is named; without scenes, all that are nobody's
+    /// child.
     fn top_nodes(&self) -> Vec<Index<Node>> {
         let scene = self.root.scene.map_or(self.root.scenes.first(), |scene| self.root.get(scene));
         if let Some(scene) = scene {

@@ -1,4 +1,5 @@
-//! Readers of mesh files, one per format. None trusts a number in a file: what is allocated is bounded by what is there.
+//! Readers of mesh files, one per format. None trusts a number in a file: what is allocated is bounded by what is
+//! there.
 
 mod accessor;
 mod gltf;

@@ -1,8 +1,8 @@
 //! Wavefront OBJ: positions and faces; where the look is wanted, also normals, colours, materials and textures.
 //!
 //! Our own reader, because the `tobj` crate refuses whole files over things that do not matter here (a texture
-//! coordinate out of range, colours on some of the vertices, a comment that is not UTF-8) and overflows on an index near
-//! the end of the number range.
+//! coordinate out of range, colours on some of the vertices, a comment that is not UTF-8) and overflows on an index
+//! near the end of the number range.
 
 use super::image::decode;
 use super::{Source, add_polygon, bytes_of, three_numbers};

@@ -1,7 +1,7 @@
 //! STL, binary and ASCII.
 //!
-//! Our own reader, because the `stl_io` crate takes every binary file whose header begins with `solid` for text, refuses
-//! a text that begins with a bare `solid`, and stops after the first of several solids.
+//! Our own reader, because the `stl_io` crate takes every binary file whose header begins with `solid` for text,
+//! refuses a text that begins with a bare `solid`, and stops after the first of several solids.
 
 use super::{Source, add_polygon, three_numbers};
 use crate::shape::{Mesh, MeshError};
