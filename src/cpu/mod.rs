@@ -27,7 +27,7 @@ pub use simulate::Workspace;
 
 use crate::world::{
     Backend, BackendError, Flow, KernelTime, MemoryPlan, NarrowPhase, OnCandidate, OnStep, Pose, Rollouts, Search,
-    SearchSettings, SimSettings, Status, Stream, Velocity, World,
+    SearchSettings, SimSettings, Status, Stream, Velocity, World, free_memory,
 };
 use narrow_phase::Separator;
 use population::Population;
@@ -129,10 +129,7 @@ impl Backend for CpuBackend {
     }
 
     fn free_bytes(&self) -> Option<u64> {
-        let mut system = sysinfo::System::new().ok()?;
-        system.refresh_memory();
-        let free = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
-        Some(system.available_memory().min(free)).filter(|bytes| *bytes > 0)
+        free_memory()
     }
 
     fn overlaps(&self, world: &World, settings: &SimSettings, poses: &[Pose]) -> Result<Vec<f32>, BackendError> {

@@ -9,10 +9,9 @@ use super::plan::{Room, plan};
 use super::rollouts::{kernel_times, rollouts};
 use super::search::GpuSearch;
 use super::simulation::{Simulation, grown};
-use crate::cpu::CpuBackend;
 use crate::world::{
     Backend, BackendError, Flow, KernelTime, MemoryPlan, OnStep, Pose, Rollouts, Search, SearchSettings, SimSettings,
-    Status, Stream, World,
+    Status, Stream, World, free_memory,
 };
 
 /// Simulates on a graphics adapter.
@@ -200,7 +199,7 @@ impl Backend for GpuBackend {
     /// A software adapter has the processor's memory; of a card's, drivers do not tell.
     fn free_bytes(&self) -> Option<u64> {
         match self.gpu.report().kind {
-            AdapterKind::Software | AdapterKind::Integrated => CpuBackend.free_bytes(),
+            AdapterKind::Software | AdapterKind::Integrated => free_memory(),
             _ => None,
         }
     }

@@ -1,7 +1,8 @@
 //! What the optimizer may ask of a simulator, whichever processor it runs on.
 
 use super::{
-    CemSettings, EnergyWeights, KernelTime, NarrowPhase, Pose, Rollouts, Round, SimSettings, Status, Velocity, World,
+    CemSettings, EnergyWeights, KernelTime, MemoryPlan, NarrowPhase, Pose, Rollouts, Round, SimSettings, Status,
+    Velocity, World,
 };
 use serde::{Deserialize, Deserializer, Serialize};
 use thiserror::Error;
@@ -119,15 +120,6 @@ pub trait Backend: Send + Sync {
         settings: &'a SearchSettings,
         stream: Stream,
     ) -> Result<Box<dyn Search + 'a>, BackendError>;
-}
-
-/// The memory of a search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MemoryPlan {
-    /// About how many bytes it holds.
-    pub bytes: u64,
-    /// Candidates that are simulated at a time.
-    pub at_once: u32,
 }
 
 /// Whether a simulation goes on.

@@ -7,6 +7,7 @@ mod backend;
 mod body;
 pub mod constants;
 mod hulls;
+mod memory;
 mod outline;
 mod polygons;
 mod pose;
@@ -15,11 +16,12 @@ mod settings;
 mod status;
 
 pub use backend::{
-    Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, MemoryPlan, OnCandidate, OnStep, Search,
+    Backend, BackendError, Best, Distribution, Energy, Flow, IterationStats, OnCandidate, OnStep, Search,
     SearchSettings, Stream, Winner,
 };
 pub use body::{Body, BodyDef, Capacities, STATIC, Unit, World};
 pub use hulls::{Edge, Face, Hull, HullTables};
+pub use memory::{MemoryPlan, free_memory};
 pub use outline::Outline;
 pub use pose::{Pose, Velocity, angle_between, compose, from_scaled_axis, sin_cos_turns, unit_rotation};
 pub use rollouts::{KernelTime, Rollouts};
