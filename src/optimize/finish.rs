@@ -1,6 +1,6 @@
 //! The end of a run: the layout that the search left settles, gets a second opinion, is parted and checked.
 
-use super::tolerances::{FALLEN, FOOTINGS};
+use super::tolerances::{FALLEN, FOOTINGS, JAMMED};
 use super::{
     Checkpoint, Clearances, Event, GroupRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings, exact,
     footing::{Written, keep},
@@ -78,6 +78,13 @@ impl Run<'_> {
         let mut placements = self.placements.clone();
         let placer = Placer { scene: self.scene, room: &self.room, forms: &self.forms, rigs: &self.rigs };
         state.notes.extend(placer.measure(&layout, &mut placements));
+        for (object, overlap) in self.scene.objects.iter().zip(&overlaps).filter(|(_, overlap)| **overlap > JAMMED) {
+            state.notes.push(format!(
+                "\"{}\" is stuck {:.0} mm deep in another object: engines throw such things apart",
+                object.name,
+                1e3 * overlap
+            ));
+        }
         Ok(Outcome {
             room: self.room.clone(),
             placements,
@@ -201,7 +208,7 @@ impl Run<'_> {
                     drift_turn: turn,
                     peak_speed,
                     peak_spin,
-                    stable: !simulated || (motions[i].is_some() && still),
+                    stable: !simulated || (motions[i].is_some() && still && overlaps[i] <= JAMMED),
                     stable_otherwise: otherwise[i],
                 }
             })

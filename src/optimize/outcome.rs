@@ -127,7 +127,7 @@ pub struct ObjectOutcome {
     pub peak_speed: f64,
     /// Peak angular speed during the check, rad/s.
     pub peak_spin: f64,
-    /// Drift and turn within the limits of `VerifySettings`.
+    /// Drift and turn within the limits of `VerifySettings`, and no more than 2 mm deep in another object.
     pub stable: bool,
     /// False if it leaves those limits with another decomposition of the meshes (`shape::Alternative`).
     pub stable_otherwise: bool,

@@ -20,6 +20,10 @@ pub(super) const IMPROVEMENT: f32 = 0.01;
 /// How long everything must be slow before it counts as at rest, s.
 pub(super) const REST_SECONDS: f32 = 0.5;
 
+/// What is deeper than this in another at rest is jammed, m: parts of meshes that only touch overlap by less, and an engine
+/// throws such things apart.
+pub(super) const JAMMED: f32 = 2e-3;
+
 /// Largest gap between an object and what bears it, m.
 pub(super) const BEARS_WITHIN: f32 = 0.005;
 

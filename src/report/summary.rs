@@ -12,7 +12,7 @@ pub struct Summary {
     pub objects: usize,
     /// Those that are neither held nor fixed to a wall or ceiling.
     pub simulated: usize,
-    /// Those within the limits of the check.
+    /// Those within the limits of the check, and not stuck in another.
     pub stable: usize,
     /// Mean distance from the input, m.
     pub mean_moved: f64,

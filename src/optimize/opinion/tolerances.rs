@@ -60,10 +60,7 @@ pub(super) const ON_ANOTHER_LEVEL: f64 = 8.0;
 /// the board of a shelf finds rest on the next one.
 pub(super) const LEVELS_APART: f64 = 0.1;
 
-/// What is deeper than this in another at rest is jammed, m: parts of meshes that only touch overlap by less.
-pub(super) const JAMMED: f32 = 2e-3;
-
-/// What that costs.
+/// What it costs that one is jammed.
 pub(super) const JAMS: f64 = 3.0;
 
 /// An object turned by more than this from how it was set onto its support leans on something, or has fallen, rad

@@ -1,13 +1,18 @@
 //! What a layout at rest costs: it is let go in all runs.
 
-use super::tolerances::{
-    CALM, FELL, JAMMED, JAMS, LEADERS, LEADERS_OF_ONE, LEANING, LEVELS_APART, LOST, ON_ANOTHER_LEVEL,
-};
+use super::tolerances::{CALM, FELL, JAMS, LEADERS, LEADERS_OF_ONE, LEANING, LEVELS_APART, LOST, ON_ANOTHER_LEVEL};
 use super::{
     Layout, Opinions,
     runs::{LAPS, Model},
 };
-use crate::optimize::{posture::angle, run::Run, settle::settle, support, tolerances::FALLEN, verify::verify};
+use crate::optimize::{
+    posture::angle,
+    run::Run,
+    settle::settle,
+    support,
+    tolerances::{FALLEN, JAMMED},
+    verify::verify,
+};
 use crate::scene;
 use crate::world::{BackendError, Pose};
 use rayon::prelude::*;

@@ -40,6 +40,20 @@ impl Seat<'_> {
         Ok(false)
     }
 
+    /// The same for what leans and is set upright for it.
+    pub(super) fn move_upright_inwards(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
+        let Some(upright) = self.upright(object, layout) else {
+            return Ok(false);
+        };
+        let leaning = layout.to_vec();
+        self.carry(object, upright, layout);
+        let moved = self.move_inwards(object, layout)?;
+        if !moved {
+            layout.copy_from_slice(&leaning);
+        }
+        Ok(moved)
+    }
+
     /// Moves an object that stays on its parent away from the edge, where there is one within a wide margin or, on
     /// something narrow, within `MARGIN`, with everything on it. False, and left as it was, if there is none. `still`:
     /// it hardly moves where it is, and shall not elsewhere.

@@ -91,13 +91,18 @@ impl Seat<'_> {
     ) -> Result<Vec<usize>, BackendError> {
         let mut leaning = Vec::new();
         let mut set: Vec<bool> = (0..layout.len()).map(|i| self.scene.is_static(i) || !which(i)).collect();
-        for object in by_level(self.scene) {
+        for object in self.by_level(layout) {
             if set[object] {
                 continue;
             }
             self.step_inside(object, layout);
-            self.settle_height(object, layout);
+            let pile = self.rest_on_pile(object, &set, layout)?;
             set[object] = true;
+            if let Some(below) = pile {
+                bearers[object] = vec![below];
+                continue;
+            }
+            self.settle_height(object, layout);
             let mut left_alone = self.rest(object, layout)?;
             let stands = left_alone.as_ref().is_some_and(|rest| rest.stays());
             if !(stands && self.is_borne(object, left_alone.as_ref(), layout))
@@ -106,7 +111,12 @@ impl Seat<'_> {
                 bearers[object] = others;
                 continue;
             }
-            if !self.is_borne(object, left_alone.as_ref(), layout) && self.move_inwards(object, layout)? {
+            // What falls because it leans would be moved to where it lies, and may fall off wherever it is put.
+            if !self.is_borne(object, left_alone.as_ref(), layout)
+                && (self.set_upright(object, fall(left_alone.as_ref()), layout)?
+                    || self.move_inwards(object, layout)?
+                    || self.move_upright_inwards(object, layout)?)
+            {
                 left_alone = self.rest(object, layout)?;
             }
             if let Some(rest) = left_alone.as_ref().filter(|rest| self.is_borne(object, Some(rest), layout))
@@ -119,7 +129,7 @@ impl Seat<'_> {
                 self.carry(object, pose, layout);
                 continue;
             }
-            let fall = left_alone.map_or(f32::INFINITY, |rest| rest.turn);
+            let fall = fall(left_alone.as_ref());
             // What leans far was meant to; what leans a little does without the wall if it can.
             let meant = lean(&layout[object]) > LEANING;
             let mut on_wall = meant && self.lean_on_wall(object, layout)?;
@@ -134,6 +144,23 @@ impl Seat<'_> {
             }
         }
         Ok(leaning)
+    }
+
+    /// All objects, what stands on roots first, then what that bears, and so on; of what one bears the lowest first.
+    fn by_level(&self, layout: &[scene::Pose]) -> Vec<usize> {
+        let lowest = |&i: &usize| self.rigs[i].lowest(&self.rigs[i].body(&layout[i]));
+        let upwards = |mut objects: Vec<usize>| {
+            objects.sort_by(|a, b| lowest(a).total_cmp(&lowest(b)));
+            objects
+        };
+        let on_root = |&i: &usize| matches!(self.scene.objects[i].parent, Parent::Root(_));
+        let mut order = upwards((0..layout.len()).filter(on_root).collect());
+        let mut next = 0;
+        while next < order.len() {
+            order.extend(upwards(self.scene.children(order[next]).collect()));
+            next += 1;
+        }
+        order
     }
 
     /// Lets what stands at a wall come to rest against it. False, and left as it was, if it does not stay there either.
@@ -281,16 +308,9 @@ impl Seat<'_> {
     }
 }
 
-/// All objects, what stands on roots first, then what that bears, and so on.
-fn by_level(scene: &Scene) -> Vec<usize> {
-    let on_root = |&i: &usize| matches!(scene.objects[i].parent, Parent::Root(_));
-    let mut order: Vec<usize> = (0..scene.objects.len()).filter(on_root).collect();
-    let mut next = 0;
-    while next < order.len() {
-        order.extend(scene.children(order[next]));
-        next += 1;
-    }
-    order
+/// How far an object turns that is left alone, rad.
+fn fall(left_alone: Option<&Rest>) -> f32 {
+    left_alone.map_or(f32::INFINITY, |rest| rest.turn)
 }
 
 /// How far a body whose foot is at the height `lowest` has slid, m.

@@ -1,17 +1,37 @@
-//! What its parent alone does not hold: a board on two trestles, a broom that leans on a wardrobe. A scene names one
-//! bearer; the others are found here, and bear wherever the object is simulated apart from the rest of the scene.
+//! What its parent alone does not hold: a board on two trestles, a broom that leans on a wardrobe, a book on another that
+//! the scene has on the same table. A scene names one bearer; the others are found here, and bear wherever the object is
+//! simulated apart from the rest of the scene.
 
-use super::tolerances::{BESIDE, STEADY, STEP};
-use super::{Rest, Seat};
+use super::tolerances::{BESIDE, NARROW, STEADY, STEP, THIN};
+use super::{Rest, Seat, Solid, support_shift};
 use crate::optimize::{posture::lean, room::LEANING, support::Placed};
-use crate::scene::{self, Parent};
+use crate::scene::{self, Object, Parent, Relation};
 use crate::world::{BackendError, BodyDef, STATIC};
 
 impl Seat<'_> {
-    /// Lets an object that does not stay on its parent come to rest with what else is below it held, too, or, if it
-    /// leans on the ground and so was meant to, what is beside it. Of the `set` ones. Tells what it rests on then;
-    /// none, and left as it was, if it stays on nothing.
+    /// Lets an object that does not stay on its parent come to rest with what else is below it held, too, upright if it
+    /// must, or, if it leans on the ground and so was meant to, with what is beside it. Of the `set` ones. Tells what it
+    /// rests on then; none, and left as it was, if it stays on nothing.
     pub(super) fn rest_on_others(
+        &self,
+        object: usize,
+        set: &[bool],
+        layout: &mut [scene::Pose],
+    ) -> Result<Option<Vec<usize>>, BackendError> {
+        // A board that leans is a hand higher over one trestle than over the other.
+        for pose in [Some(layout[object]), self.upright(object, layout)].into_iter().flatten() {
+            let mut turned = layout.to_vec();
+            self.carry(object, pose, &mut turned);
+            if let Some(bearers) = self.rest_on_others_from(object, set, &mut turned)? {
+                layout.copy_from_slice(&turned);
+                return Ok(Some(bearers));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The same from the object's pose in `layout`.
+    fn rest_on_others_from(
         &self,
         object: usize,
         set: &[bool],
@@ -38,19 +58,67 @@ impl Seat<'_> {
         if bearers.is_empty() {
             return Ok(None);
         }
+        let Some(rest) = self.rest_raised(object, raise, &bearers, layout)? else { return Ok(None) };
+        if rest.turn >= most || !self.is_borne(object, Some(&rest), layout) {
+            return Ok(None);
+        }
+        self.carry(object, rest.pose, layout);
+        let placed = |i: usize| Placed::new(&self.rigs[i], &self.rigs[i].body(&layout[i]));
+        Ok(Some(bearers.into_iter().filter(|&other| placed(other).touches(&placed(object))).collect()))
+    }
+
+    /// Lets an object come to rest on another of the `set` ones with the same parent, if its middle is over that, and its
+    /// height or how thin that is speaks for a pile. Tells which; none, and left as it was, if it is on its parent itself.
+    pub(super) fn rest_on_pile(
+        &self,
+        object: usize,
+        set: &[bool],
+        layout: &mut [scene::Pose],
+    ) -> Result<Option<usize>, BackendError> {
+        let Object { parent, relation, .. } = self.scene.objects[object];
+        if self.scene.is_static(object) || relation == Relation::Attached {
+            return Ok(None);
+        }
+        let narrow = Solid::new(&self.rigs[object], &layout[object], NARROW);
+        let step = |other: usize| {
+            let solid = Solid::new(&self.rigs[other], &layout[other], 1.0);
+            support_shift(&narrow, &solid).and_then(|_| self.step(object, other, layout)).map(|step| (other, step))
+        };
+        let nearest = (0..layout.len())
+            .filter(|&other| other != object && set[other] && self.scene.objects[other].parent == parent)
+            .filter(|&other| self.is_near(object, other, layout))
+            .filter_map(step)
+            .min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let Some((other, step)) = nearest else { return Ok(None) };
+        let down = self.shift(object, layout);
+        if step.abs() > down.abs() && step - down > THIN {
+            return Ok(None);
+        }
+        let Some(rest) = self.rest_raised(object, step, &[other], layout)? else { return Ok(None) };
+        let placed = |i: usize, pose: &scene::Pose| Placed::new(&self.rigs[i], &self.rigs[i].body(pose));
+        if !placed(other, &layout[other]).bears(&placed(object, &rest.pose), relation) {
+            return Ok(None);
+        }
+        self.carry(object, rest.pose, layout);
+        Ok(Some(other))
+    }
+
+    /// Where an object that is raised, m, stays with others held, too; none if it does not.
+    fn rest_raised(
+        &self,
+        object: usize,
+        raise: f32,
+        others: &[usize],
+        layout: &[scene::Pose],
+    ) -> Result<Option<Rest>, BackendError> {
         let held = |&other: &usize| -> BodyDef {
             let pose = self.rigs[other].body(&layout[other]);
             self.rigs[other].def(STATIC, pose, pose)
         };
-        let held: Vec<BodyDef> = bearers.iter().map(held).collect();
+        let held: Vec<BodyDef> = others.iter().map(held).collect();
         let mut raised = layout[object];
         raised.translation.y += f64::from(raise);
-        let rest = self.rests(object, &held, layout, &[raised])?.remove(0);
-        let stays = |rest: &Rest| rest.stays() && rest.turn < most && self.is_borne(object, Some(rest), layout);
-        let Some(rest) = rest.filter(stays) else { return Ok(None) };
-        self.carry(object, rest.pose, layout);
-        let placed = |i: usize| Placed::new(&self.rigs[i], &self.rigs[i].body(&layout[i]));
-        Ok(Some(bearers.into_iter().filter(|&other| placed(other).touches(&placed(object))).collect()))
+        Ok(self.rests(object, &held, layout, &[raised])?.remove(0).filter(Rest::stays))
     }
 
     /// True if the boxes of two objects are near each other.

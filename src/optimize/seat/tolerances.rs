@@ -44,6 +44,13 @@ pub(super) const STEPS: [f64; 3] = [0.25, 0.5, 0.75];
 /// Something bears an object, too, if it is at most so much higher or lower than where that stands on its parent, m.
 pub(super) const STEP: f32 = 0.05;
 
+/// So much narrower than the object is what must be over another one of the same parent for a pile: its middle.
+pub(super) const NARROW: f32 = 0.1;
+
+/// What is over another one of the same parent lies on that if it is no higher than this, m: a mouse on its pad. What is
+/// higher bears it only if the object is nearer to its top than to the parent.
+pub(super) const THIN: f32 = 0.03;
+
 /// An object leans on what is within this of its box, m …
 pub(super) const BESIDE: f64 = 0.05;
 

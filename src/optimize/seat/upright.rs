@@ -27,15 +27,20 @@ impl Seat<'_> {
         Ok(better.map_or(rest.pose, |again| again.pose))
     }
 
+    /// A leaning object upright, at the height at which it rests on its parent; none if it does not lean like one.
+    pub(super) fn upright(&self, object: usize, layout: &[Pose]) -> Option<Pose> {
+        let upright = upright(&layout[object], self.rigs[object].center_of(&layout[object]), LEAN)?;
+        Some(self.set_down(object, upright.rotation, layout))
+    }
+
     /// Sets a leaning object upright if it stays there and has turned less than the `fall` that it would take
     /// otherwise, rad: a round fruit rolls to rest by itself. False if it was left as it was.
     pub(super) fn set_upright(&self, object: usize, fall: f32, layout: &mut [Pose]) -> Result<bool, BackendError> {
         let leaning = layout.to_vec();
-        let Some(upright) = upright(&leaning[object], self.rigs[object].center_of(&leaning[object]), LEAN) else {
+        let Some(upright) = self.upright(object, layout) else {
             return Ok(false);
         };
         self.carry(object, upright, layout);
-        self.settle_height(object, layout);
         let lean = upright.rotation.angle_between(leaning[object].rotation) as f32;
         let rest = self.rest(object, layout)?.filter(|rest| rest.stays() && lean + rest.turn < fall);
         match &rest {
