@@ -5,7 +5,7 @@
 mod common;
 mod physics;
 
-use common::Scenario;
+use common::scenario::Scenario;
 use glam::{Quat, Vec3};
 use physics::{determinism, measured, settings};
 use rest3d_gpu::cpu::narrow_phase::Separator;

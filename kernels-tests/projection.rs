@@ -1,6 +1,9 @@
 //! The projection onto what does not overlap: rooms of boxes whose answers are known.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
+use common::hulls::cuboid;
 use glam::{DVec3, Quat, Vec3};
 use parry3d::math::Pose as Isometry;
 use parry3d::query::contact;
@@ -35,9 +38,8 @@ fn room(boxes: &[(&str, [f32; 3], [f64; 3], Value)]) -> Room {
     let document = json!({"format": "rest3d-scene", "version": 1, "objects": listed.collect::<Vec<_>>()});
     std::fs::write(folder.path().join("scene.json"), document.to_string()).unwrap();
     let scene = Scene::read(folder.path()).unwrap();
-    let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5;
     let shape = |size: Vec3| {
-        let parts = vec![Part { vertices: (0..8).map(|i| size * corner(i)).collect() }];
+        let parts = vec![Part { vertices: cuboid(0.5 * size) }];
         let mass = MassProperties {
             mass: 1.0,
             volume: 1e-3,

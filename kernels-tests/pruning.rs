@@ -2,6 +2,9 @@
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
+mod common;
+
+use common::hulls::cuboid;
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use rest3d_gpu::cpu::energy::{Trial, energy, least};
@@ -17,10 +20,9 @@ const STEPS: u32 = 30;
 const STREAM: Stream = Stream { seed: 3, stage: 0 };
 
 fn def(unit: u32, half: Vec3, start: Vec3) -> BodyDef {
-    let corner = |i: usize| half * (Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0);
     let start = Pose::new(Quat::IDENTITY, start);
     let inertia = Vec3::splat(0.7 * half.max_element() * half.max_element());
-    BodyDef { parts: vec![(0..8).map(corner).collect()], mass: 1.0, inertia, unit, start, reference: start }
+    BodyDef { parts: vec![cuboid(half)], mass: 1.0, inertia, unit, start, reference: start }
 }
 
 /// A table, and three cubes on it of which two overlap.

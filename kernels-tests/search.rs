@@ -2,6 +2,9 @@
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
+mod common;
+
+use common::hulls::cuboid;
 use glam::{Quat, Vec3};
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::cpu::elites::{elites, orderable};
@@ -18,12 +21,9 @@ use std::f32::consts::FRAC_PI_2;
 
 const STREAM: Stream = Stream { seed: 5, stage: 2 };
 
-fn cuboid() -> Vec<Vec3> {
-    (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 0.2 - 0.1).collect()
-}
-
 fn def(unit: u32, start: Pose, reference: Pose) -> BodyDef {
-    BodyDef { parts: vec![cuboid()], mass: 1.0, inertia: Vec3::splat(0.01), unit, start, reference }
+    let parts = vec![cuboid(Vec3::splat(0.1))];
+    BodyDef { parts, mass: 1.0, inertia: Vec3::splat(0.01), unit, start, reference }
 }
 
 /// A static body, a unit of two bodies, a unit of one.

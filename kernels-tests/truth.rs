@@ -7,7 +7,8 @@
 
 mod common;
 
-use common::{Scenario, State, box_inertia, cuboid, prism, run};
+use common::hulls::{cuboid, prism};
+use common::scenario::{Scenario, State, box_inertia, run};
 use glam::{Quat, Vec3};
 use rest3d_gpu::cpu::CpuBackend;
 use rest3d_gpu::optimize::{Rig, shape_requests, standing};

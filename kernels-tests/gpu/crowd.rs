@@ -1,18 +1,9 @@
 //! Bodies of all kinds of hulls, close to each other.
 
 use super::fixture::{noise, noisy_poses};
-use glam::Vec3;
+use crate::common::hulls::{cuboid, prism, shifted};
+use glam::{Quat, Vec3};
 use rest3d_gpu::world::{BodyDef, Pose, STATIC, Velocity, World};
-
-fn cuboid(half: Vec3) -> Vec<Vec3> {
-    let sign = |bit: u32| if bit & 1 == 0 { -1.0 } else { 1.0 };
-    (0..8).map(|i| half * Vec3::new(sign(i), sign(i >> 1), sign(i >> 2))).collect()
-}
-
-fn prism(sides: u32) -> Vec<Vec3> {
-    let around = (0..sides).map(|i| (i as f32 * std::f32::consts::TAU / sides as f32).sin_cos());
-    around.flat_map(|(x, z)| [-0.1, 0.1].map(|y| Vec3::new(0.15 * x, y, 0.15 * z))).collect()
-}
 
 fn points(seed: u32, count: usize) -> impl Iterator<Item = Vec3> {
     noise(seed, 3 * count).chunks_exact(3).map(Vec3::from_slice).collect::<Vec<_>>().into_iter()
@@ -22,17 +13,17 @@ fn points(seed: u32, count: usize) -> impl Iterator<Item = Vec3> {
 pub fn crowd() -> World {
     let kinds = [
         cuboid(Vec3::new(0.2, 0.1, 0.15)),
-        prism(5),
+        prism(0.15, 0.1, 5),
         points(40, 64).map(|p| 0.15 * p.normalize()).collect(),
         points(41, 20).map(|p| 0.1 * p).collect(),
         cuboid(Vec3::new(0.2, 0.0005, 0.1)),
-        prism(30),
+        prism(0.15, 0.1, 30),
     ];
     let starts = noisy_poses(42, 8);
     let defs: Vec<BodyDef> = (0..8_usize)
         .map(|i| BodyDef {
             parts: (0..[2, 1, 3, 0, 1, 2, 1, 3][i])
-                .map(|k| kinds[(i + k) % kinds.len()].iter().map(|&p| p + Vec3::X * 0.2 * k as f32).collect())
+                .map(|k| shifted(&kinds[(i + k) % kinds.len()], Vec3::X * 0.2 * k as f32))
                 .collect(),
             mass: 1.0,
             inertia: Vec3::ONE,
@@ -53,8 +44,8 @@ pub fn scattered(world: &World, candidates: u32, step: u32) -> Vec<Pose> {
     let small = 1e-3 * step as f32;
     (places.iter().zip(&moves).enumerate())
         .map(|(i, (at, by))| {
-            let turn = if (i / bodies) % 4 == 3 { glam::Quat::IDENTITY } else { at.rotation };
-            let nudge = glam::Quat::from_scaled_axis(small * by.translation);
+            let turn = if (i / bodies) % 4 == 3 { Quat::IDENTITY } else { at.rotation };
+            let nudge = Quat::from_scaled_axis(small * by.translation);
             Pose::new((nudge * turn).normalize(), 0.3 * at.translation + small * by.translation)
         })
         .collect()

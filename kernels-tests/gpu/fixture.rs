@@ -1,6 +1,7 @@
 //! What the kernel tests share: the device, poison, comparison and canary.
 
-use crate::common::Scenario;
+use crate::common::hulls::cuboid;
+use crate::common::scenario::Scenario;
 use bytemuck::Pod;
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
@@ -211,8 +212,7 @@ pub fn noisy_poses(seed: u32, len: usize) -> Vec<Pose> {
 
 /// Boxes: a fixed one first, then units of one and of two bodies.
 pub fn world() -> World {
-    let corners = (0..8).map(|i| 0.1 * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.05);
-    let parts = vec![corners.collect::<Vec<_>>()];
+    let parts = vec![cuboid(Vec3::splat(0.05))];
     let units = [STATIC, 0, 1, 1, 2, STATIC, 2];
     let defs: Vec<BodyDef> = noisy_poses(3, units.len())
         .into_iter()

@@ -2,7 +2,8 @@
 
 use super::Test;
 use super::fixture::{Device, SIZES, Value, compare, noise};
-use crate::common::{Scenario, truncated_cube};
+use crate::common::hulls::truncated_cube;
+use crate::common::scenario::Scenario;
 use crate::physics::free_motion::hard_heap;
 use bytemuck::Zeroable;
 use glam::{Quat, Vec3};

@@ -1,23 +1,12 @@
 //! A world of all kinds of hulls that rest on, touch and overlap each other, and what the CPU says of it.
 
 use super::fixture::{Device, noise};
+use crate::common::hulls::{cuboid, prism, shifted};
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::narrow_phase::{self, Manifold, PairCache, Separator, manifold, passes, plane_hull};
 use rest3d_gpu::gpu::{Batch, Bounds, Buffer, Contacts, HullPair, Inputs, Separation, Tables};
 use rest3d_gpu::world::{BodyDef, NarrowPhase, Pose, STATIC, SimSettings, Velocity, World};
-
-fn cuboid(half: Vec3) -> Vec<Vec3> {
-    (0..8).map(|i| half * (2.0 * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 1.0)).collect()
-}
-
-fn prism(n: usize, radius: f32, half_height: f32) -> Vec<Vec3> {
-    let corner = |i: usize| {
-        let (sin, cos) = ((i / 2) as f32 / n as f32 * std::f32::consts::TAU).sin_cos();
-        Vec3::new(radius * cos, if i.is_multiple_of(2) { half_height } else { -half_height }, radius * sin)
-    };
-    (0..2 * n).map(corner).collect()
-}
 
 /// A plate whose top is chamfered by half a degree: five facets, one surface.
 fn chamfered(half: Vec3) -> Vec<Vec3> {
@@ -30,30 +19,26 @@ fn pebble(seed: u32, count: usize, radius: f32) -> Vec<Vec3> {
     noise(seed, 3 * count).chunks_exact(3).map(|x| radius * Vec3::new(x[0], x[1], x[2]).normalize()).collect()
 }
 
-fn shifted(points: Vec<Vec3>, by: Vec3) -> Vec<Vec3> {
-    points.into_iter().map(|p| p + by).collect()
-}
-
 /// A fixed plate and seven bodies on it; all are about 0.1 m high.
 pub fn world() -> World {
     plate_and(vec![
         vec![cuboid(Vec3::new(0.08, 0.05, 0.06))],
-        vec![prism(8, 0.07, 0.05)],
+        vec![prism(0.07, 0.05, 8)],
         vec![pebble(61, 24, 0.06)],
         vec![
             cuboid(Vec3::new(0.1, 0.01, 0.1)),
-            shifted(cuboid(Vec3::new(0.01, 0.05, 0.1)), Vec3::X * 0.09),
-            shifted(cuboid(Vec3::new(0.01, 0.05, 0.1)), Vec3::X * -0.09),
+            shifted(&cuboid(Vec3::new(0.01, 0.05, 0.1)), Vec3::X * 0.09),
+            shifted(&cuboid(Vec3::new(0.01, 0.05, 0.1)), Vec3::X * -0.09),
         ],
-        vec![prism(30, 0.08, 0.05)],
+        vec![prism(0.08, 0.05, 30)],
         vec![pebble(62, 60, 0.05)],
-        vec![prism(6, 0.04, 0.05), shifted(chamfered(Vec3::new(0.05, 0.02, 0.05)), Vec3::Z * 0.06)],
+        vec![prism(0.04, 0.05, 6), shifted(&chamfered(Vec3::new(0.05, 0.02, 0.05)), Vec3::Z * 0.06)],
     ])
 }
 
 /// The plate and something on 24 feet of eight corners: more points than are gathered at once.
 pub fn raft() -> World {
-    let foot = |i: usize| shifted(prism(8, 0.015, 0.05), Vec3::new(0.04 * (i % 6) as f32, 0.0, 0.04 * (i / 6) as f32));
+    let foot = |i: usize| shifted(&prism(0.015, 0.05, 8), Vec3::new(0.04 * (i % 6) as f32, 0.0, 0.04 * (i / 6) as f32));
     plate_and(vec![(0..24).map(foot).collect()])
 }
 

@@ -3,7 +3,8 @@
 use super::Test;
 use super::fixture::Device;
 use super::solver::{State, Tables, course, solved};
-use crate::common::{Scenario, any};
+use crate::common::hulls::cuboid;
+use crate::common::scenario::{Scenario, any};
 use glam::{EulerRot, Quat, Vec3};
 use libtest_mimic::Failed;
 use rest3d_gpu::gpu::{Sim, Way};
@@ -24,7 +25,7 @@ fn heap(bodies: usize, aloft: usize, fixed: usize) -> World {
         let at = 0.195 * cell + 0.005 * Vec3::new(noise(1), noise(2), noise(3));
         let turn = Quat::from_euler(EulerRot::XYZ, 0.03 * noise(4), 0.1 * noise(5), 0.03 * noise(6));
         if i % 5 == 2 && i / 5 < fixed {
-            scenario.fixed(vec![crate::common::cuboid(Vec3::splat(0.1))], at, turn);
+            scenario.fixed(vec![cuboid(Vec3::splat(0.1))], at, turn);
         } else {
             scenario.cuboid(Vec3::splat(0.1), 0.2 + 4.0 * noise(7).abs(), at, turn);
         }

@@ -1,5 +1,6 @@
 //! Hulls, random pairs of them, and the twin beside the reference.
 
+use crate::common::hulls::{cuboid, prism};
 use glam::{Quat, Vec3};
 use rest3d_gpu::cpu::narrow_phase::*;
 use rest3d_gpu::world::constants::{COPLANAR_DISTANCE, COPLANAR_SHARE};
@@ -34,33 +35,15 @@ impl Random {
     }
 }
 
-pub fn cuboid(half: Vec3) -> Vec<Vec3> {
-    (0..8)
-        .map(|i| {
-            half * Vec3::new(
-                if i & 1 > 0 { 1.0 } else { -1.0 },
-                if i & 2 > 0 { 1.0 } else { -1.0 },
-                if i & 4 > 0 { 1.0 } else { -1.0 },
-            )
-        })
-        .collect()
-}
-
-pub fn prism(n: usize, radius: f32, half_height: f32) -> Vec<Vec3> {
-    (0..2 * n)
-        .map(|i| {
-            let angle = (i / 2) as f32 / n as f32 * std::f32::consts::TAU;
-            Vec3::new(radius * angle.cos(), if i % 2 == 0 { half_height } else { -half_height }, radius * angle.sin())
-        })
-        .collect()
-}
-
 /// Hulls of all kinds, from 5 mm to 2 m.
 pub fn random_hull(random: &mut Random) -> Vec<Vec3> {
     let size = 0.0025 * 400.0_f32.powf(random.between(0.0, 1.0));
     match random.below(6) {
         0 => cuboid(Vec3::new(random.between(0.2, 1.0), random.between(0.2, 1.0), random.between(0.2, 1.0)) * size),
-        1 => prism(3 + random.below(30), size, size * random.between(0.1, 1.0)),
+        1 => {
+            let sides = 3 + random.below(30);
+            prism(size, size * random.between(0.1, 1.0), sides)
+        }
         2 => cuboid(Vec3::new(size, 0.0005, size * random.between(0.3, 1.0))),
         3 => {
             let n = 4 + random.below(61);

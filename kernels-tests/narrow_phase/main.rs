@@ -5,6 +5,8 @@
 #![allow(clippy::unwrap_used)]
 
 mod by_hand;
+#[path = "../common/mod.rs"]
+mod common;
 mod fixture;
 mod random;
 mod real;

@@ -1,5 +1,6 @@
 //! Scenes of boxes, and a simulator without forces.
 
+use crate::common::hulls::cuboid;
 use glam::{DQuat, DVec3, Quat, Vec3};
 use rest3d_gpu::cpu::search::{CpuSearch, GoesOn, Record, Rollout};
 use rest3d_gpu::optimize::{Checkpoint, Config, Event, Observer, OptimizeError, Outcome, run};
@@ -156,11 +157,9 @@ impl Boxes {
     /// A box of this size standing with its lowest face at the given place.
     pub fn add(&mut self, name: &'static str, parent: Parent, size: Vec3, foot: DVec3) -> usize {
         let half = 0.5 * size;
-        let corner =
-            |i: usize| half * Vec3::new((i & 1) as f32 - 0.5, (i >> 1 & 1) as f32 - 0.5, (i >> 2) as f32 - 0.5) * 2.0;
         // The mesh frame is off the centre of mass and off its axes, as real meshes are.
         let (center, axes) = (Vec3::new(0.3, 0.7, -0.2), Quat::from_rotation_y(0.4));
-        let parts = vec![Part { vertices: (0..8).map(|i| axes * corner(i) + center).collect() }];
+        let parts = vec![Part { vertices: cuboid(half).into_iter().map(|corner| axes * corner + center).collect() }];
         let mass =
             MassProperties { mass: 2.0, volume: size.element_product(), center, axes, inertia: Vec3::splat(0.02) };
         self.shapes.push(Shape {

@@ -3,6 +3,8 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 mod checkpoints;
+#[path = "../common/mod.rs"]
+mod common;
 mod fixture;
 mod flow;
 mod shared;

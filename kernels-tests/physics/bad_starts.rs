@@ -1,7 +1,8 @@
 //! Starts that no world has: bodies inside one another. They must come apart gently, completely and in time.
 
 use super::{both, drift, measured, settings};
-use crate::common::{Scenario, State, any, cuboid, run};
+use crate::common::hulls::cuboid;
+use crate::common::scenario::{Scenario, State, any, run};
 use glam::{Quat, Vec3};
 use rest3d_gpu::cpu::Workspace;
 use rest3d_gpu::cpu::narrow_phase::Separator;

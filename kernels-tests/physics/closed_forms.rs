@@ -1,7 +1,8 @@
 //! Friction, tipping, weight and rolling against their closed forms.
 
 use super::{both, drift, measured, settings, undamped};
-use crate::common::{Scenario, box_inertia, cuboid, run, sliced_ball};
+use crate::common::hulls::{cuboid, sliced_ball};
+use crate::common::scenario::{Scenario, box_inertia, run};
 use glam::{Quat, Vec3};
 use rest3d_gpu::world::{Backend, Pose};
 

@@ -1,7 +1,8 @@
 //! Concave compounds hold what is in them.
 
 use super::{both, measured};
-use crate::common::{Scenario, box_inertia, prism, ring, run, shifted};
+use crate::common::hulls::{prism, ring, shifted};
+use crate::common::scenario::{Scenario, box_inertia, run};
 use glam::{Quat, Vec3};
 use rest3d_gpu::world::{Backend, Pose, SimSettings};
 

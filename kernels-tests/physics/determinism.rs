@@ -1,7 +1,8 @@
 //! The same bits for a candidate in every run, whatever is simulated beside it.
 
 use super::{free_motion::hard_heap, settings};
-use crate::common::{Scenario, box_inertia, prism};
+use crate::common::hulls::prism;
+use crate::common::scenario::{Scenario, box_inertia};
 use glam::{Quat, Vec3};
 use rest3d_gpu::world::{Backend, Flow, Pose, Velocity, World};
 

@@ -1,7 +1,8 @@
 //! Bodies in the air: falling, spinning, colliding, and what must be conserved there.
 
 use super::{both, measured, settings, undamped};
-use crate::common::{Scenario, State, any, box_inertia, cuboid, prism, run};
+use crate::common::hulls::{cuboid, prism};
+use crate::common::scenario::{Scenario, State, any, box_inertia, run};
 use glam::{DVec3, Quat, Vec3};
 use rest3d_gpu::world::{Backend, Pose, SimSettings, Velocity};
 

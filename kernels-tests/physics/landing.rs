@@ -1,7 +1,8 @@
 //! What falls lands on what is below it, lies flat, and does not pass through.
 
 use super::{both, measured, settings};
-use crate::common::{Scenario, any, box_inertia, cuboid, prism, run};
+use crate::common::hulls::{cuboid, prism};
+use crate::common::scenario::{Scenario, any, box_inertia, run};
 use glam::{Quat, Vec3};
 use rest3d_gpu::world::{Backend, Pose};
 

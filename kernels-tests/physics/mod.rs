@@ -11,7 +11,7 @@ pub mod free_motion;
 pub mod landing;
 pub mod stacks;
 
-use crate::common::{Scenario, State, run};
+use crate::common::scenario::{Scenario, State, run};
 use rest3d_gpu::world::{Backend, SimSettings, angle_between};
 
 /// Default settings for so many steps.

@@ -1,7 +1,8 @@
 //! What people pile up stays where it was put.
 
 use super::{both, drift, measured, peak_speed, settings};
-use crate::common::{Scenario, any, box_inertia, cuboid, prism, ring, run, shifted, truncated_cube};
+use crate::common::hulls::{cuboid, prism, ring, shifted, truncated_cube};
+use crate::common::scenario::{Scenario, any, box_inertia, run};
 use glam::{Quat, Vec3};
 use rest3d_gpu::world::{Backend, Pose, SimSettings};
 
