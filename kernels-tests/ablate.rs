@@ -1,17 +1,15 @@
 //! `ablate`: rooms of boxes, a tiny search, and what is left when it is ended and called again.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
+use common::meshes::CUBE;
+use common::program::program;
 use serde_json::{Value, json};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Output};
 use tempfile::TempDir;
-
-/// Unit cube around the origin.
-const CUBE: &str = "\
-v -0.5 -0.5 -0.5\nv 0.5 -0.5 -0.5\nv 0.5 0.5 -0.5\nv -0.5 0.5 -0.5
-v -0.5 -0.5 0.5\nv 0.5 -0.5 0.5\nv 0.5 0.5 0.5\nv -0.5 0.5 0.5
-f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
 
 /// A folder with a scene: a table, two boxes in one another on it, and a picture on the wall.
 struct Case {
@@ -38,16 +36,16 @@ impl Case {
         self.folder.path().join(name)
     }
 
-    fn run(&self, out: &str, tables: &str, more: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
+    fn command(&self, out: &str, tables: &str) -> Command {
+        let mut command = program();
+        command.arg("ablate").arg(self.folder.path()).arg("-o").arg(self.path(out)).args(["--tables", tables]);
+        command.args(["--candidates", "8", "--backend", "cpu"]);
         command
-            .arg("ablate")
-            .arg(self.folder.path())
-            .arg("-o")
-            .arg(self.path(out))
-            .args(["--tables", tables, "--json"]);
-        command.args(["--config", "quick", "--candidates", "8", "--iterations", "2", "--backend", "cpu"]).args(more);
-        command.env("REST3D_GPU_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("shapes")).output().unwrap()
+    }
+
+    fn run(&self, out: &str, tables: &str, more: &[&str]) -> Output {
+        let quick = ["--json", "--config", "quick", "--iterations", "2"];
+        self.command(out, tables).args(quick).args(more).output().unwrap()
     }
 
     /// The document, and what was told on the way.
@@ -136,16 +134,8 @@ fn tables_share_the_runs_that_are_the_same() {
     assert!(output.status.success());
     // Elite fractions of the quick configuration differ between local and global: nothing is shared.
     assert_eq!(case.runs("out").len(), 11);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
-    command
-        .arg("ablate")
-        .arg(case.folder.path())
-        .arg("-o")
-        .arg(case.path("shared"))
-        .args(["--tables", "energy,elites"]);
-    command.arg("--config").arg(&config).args(["--candidates", "8", "--iterations", "1", "--backend", "cpu"]);
-    command.env("REST3D_GPU_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("shapes"));
-    assert!(command.output().unwrap().status.success());
+    let mut command = case.command("shared", "energy,elites");
+    assert!(command.arg("--config").arg(&config).args(["--iterations", "1"]).output().unwrap().status.success());
     assert_eq!(case.runs("shared").len(), 10);
 }
 

@@ -1,19 +1,17 @@
 //! `evaluate`: metrics of scenes of boxes, whose values are known.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
+use common::meshes::CUBE;
+use common::program::program;
 use glam::{DQuat, DVec3};
 use image::{GrayImage, Luma};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use tempfile::TempDir;
-
-/// Unit cube around the origin.
-const CUBE: &str = "\
-v -0.5 -0.5 -0.5\nv 0.5 -0.5 -0.5\nv 0.5 0.5 -0.5\nv -0.5 0.5 -0.5
-v -0.5 -0.5 0.5\nv 0.5 -0.5 0.5\nv 0.5 0.5 0.5\nv -0.5 0.5 0.5
-f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
 
 /// A folder of scenes around one mesh.
 struct Case {
@@ -42,9 +40,7 @@ impl Case {
     }
 
     fn run(&self, arguments: &[&Path]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
-        command.arg("evaluate").args(arguments).args(["--json", "--backend", "cpu"]);
-        command.env("REST3D_GPU_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("shapes")).output().unwrap()
+        program().arg("evaluate").args(arguments).args(["--json", "--backend", "cpu"]).output().unwrap()
     }
 
     fn metrics(&self, arguments: &[&Path]) -> Value {

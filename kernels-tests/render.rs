@@ -3,6 +3,9 @@
 //! Without an adapter the comparison is left out, visibly; with `REST3D_GPU_REQUIRE_ADAPTER=1` it fails.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
+use common::meshes::CUBE;
 use glam::{DVec3, Vec3};
 use rest3d_gpu::cpu::CpuPainter;
 use rest3d_gpu::gpu::{AdapterChoice, GpuPainter};
@@ -14,12 +17,6 @@ use std::path::Path;
 use tempfile::TempDir;
 
 const SIZE: Size = Size { width: 320, height: 240 };
-
-/// Unit cube around the origin.
-const CUBE: &str = "\
-v -0.5 -0.5 -0.5\nv 0.5 -0.5 -0.5\nv 0.5 0.5 -0.5\nv -0.5 0.5 -0.5
-v -0.5 -0.5 0.5\nv 0.5 -0.5 0.5\nv 0.5 0.5 0.5\nv -0.5 0.5 0.5
-f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
 
 /// A folder with meshes, removed at the end.
 struct Case(TempDir);

@@ -1,17 +1,15 @@
 //! Pictures from the command line: what is left on disk, what is refused, and that no result is lost for want of one.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
+use common::meshes::CUBE;
+use common::program::program;
 use serde_json::{Value, json};
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::PathBuf;
+use std::process::Output;
 use tempfile::TempDir;
-
-/// Unit cube around the origin.
-const CUBE: &str = "\
-v -0.5 -0.5 -0.5\nv 0.5 -0.5 -0.5\nv 0.5 0.5 -0.5\nv -0.5 0.5 -0.5
-v -0.5 -0.5 0.5\nv 0.5 -0.5 0.5\nv 0.5 0.5 0.5\nv -0.5 0.5 0.5
-f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
 
 struct Case(TempDir);
 
@@ -33,12 +31,7 @@ impl Case {
     }
 
     fn run(&self, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"))
-            .args(arguments)
-            .current_dir(self.0.path())
-            .env("REST3D_GPU_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("shapes"))
-            .output()
-            .unwrap()
+        program().args(arguments).current_dir(self.0.path()).output().unwrap()
     }
 
     /// Draws on the processor and returns the picture.

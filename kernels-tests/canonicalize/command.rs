@@ -1,11 +1,12 @@
 //! The command, and `optimize --canonicalize`.
 
+use crate::common::program::program;
 use crate::fixture::*;
 use glam::DVec3;
 use rest3d_gpu::scene::{Pose, Scene};
 use serde_json::{Value, json};
 use std::fs;
-use std::process::{Command, Output};
+use std::process::Output;
 
 #[test]
 fn the_command_leaves_a_scene_and_a_report() {
@@ -52,10 +53,10 @@ fn optimize_canonicalizes_or_warns() {
     // A replay of the winner makes the scene canonical by itself.
     let stage = with["groups"].as_array().unwrap().len() - 1;
     let winner = &with["groups"][stage]["winner"];
-    let mut replay = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
+    let mut replay = program();
     replay.arg("simulate").arg(case.folder.path()).arg("--run").arg(case.folder.path().join("out"));
     replay.arg("--replay").arg(format!("{stage},{},{}", winner[0], winner[1]));
-    let output = replay.env("REST3D_GPU_CACHE", cache()).output().unwrap();
+    let output = replay.output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && !message.contains("went otherwise"), "{message}");
 
@@ -89,7 +90,6 @@ fn bad_input_is_refused_and_nothing_is_written() {
         assert!(output.stdout.is_empty() && !case.folder.path().join("out").exists(), "{message}");
     }
     let case = Case::new(&room(), Pose::IDENTITY);
-    let mut onto_itself = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
-    let output = onto_itself.arg("canonicalize").arg(case.folder.path()).arg("-o").arg(case.folder.path()).output();
+    let output = program().arg("canonicalize").arg(case.folder.path()).arg("-o").arg(case.folder.path()).output();
     assert_eq!(output.unwrap().status.code(), Some(2), "the input is not replaced");
 }

@@ -1,5 +1,6 @@
 //! Furniture made of blocks, and a room of it.
 
+use crate::common::program::program;
 use glam::{DQuat, DVec3};
 use rest3d_gpu::canonicalize::{Canonicalization, canonicalize};
 use rest3d_gpu::optimize::shape_requests;
@@ -7,8 +8,7 @@ use rest3d_gpu::scene::{Pose, Scene};
 use rest3d_gpu::shape::{Mesh, scaled_mesh};
 use serde_json::{Value, json};
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use tempfile::TempDir;
 
 /// Lowest and highest corner of a box, m.
@@ -148,15 +148,10 @@ impl Case {
     }
 
     pub fn run(&self, command: &str, more: &[&str]) -> Output {
-        let mut run = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
+        let mut run = program();
         run.arg(command).arg(self.folder.path()).arg("-o").arg(self.folder.path().join("out")).args(more);
-        run.env("REST3D_GPU_CACHE", cache()).output().unwrap()
+        run.output().unwrap()
     }
-}
-
-/// Shared by all tests: entries are found by their content and written in one step.
-pub fn cache() -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join("shapes")
 }
 
 pub fn tilt(direction: f64, degrees: f64) -> DQuat {

@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 mod command;
+#[path = "../common/mod.rs"]
+mod common;
 mod fixture;
 mod rooms;
 mod scenes;

@@ -1,18 +1,13 @@
 //! Graphics adapters, machines without one, and the help.
 
+use crate::common::program::program;
 use crate::fixture::*;
 use serde_json::Value;
 use std::fs;
-use std::process::Command;
 
 #[test]
 fn adapters_are_listed_or_it_says_what_to_install() {
-    let command = || {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
-        command.arg("adapters");
-        command
-    };
-    let output = command().arg("--json").output().unwrap();
+    let output = program().args(["adapters", "--json"]).output().unwrap();
     assert!(output.status.success());
     let list: Value = serde_json::from_slice(&output.stdout).unwrap();
     for (i, adapter) in list["adapters"].as_array().unwrap().iter().enumerate() {
@@ -20,7 +15,7 @@ fn adapters_are_listed_or_it_says_what_to_install() {
         assert!(adapter["name"].is_string() && adapter["missing"].is_array());
     }
     if cfg!(target_os = "linux") {
-        let output = command().envs(NOWHERE).output().unwrap();
+        let output = program().arg("adapters").envs(NOWHERE).output().unwrap();
         assert!(output.status.success());
         assert!(text(&output.stdout).contains("libvulkan1"), "{}", text(&output.stdout));
     }
@@ -54,15 +49,14 @@ fn without_a_usable_driver_the_processor_simulates_and_it_says_why() {
         let line = said.lines().find(|line| line.starts_with("backend: ")).unwrap_or_default();
         assert!(output.status.success() && line.contains("backend: CPU") && line.contains(words), "{said}");
     }
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
-    let output = command.arg("adapters").env("REST3D_GPU_PROBE_FAULT", "crash").output().unwrap();
+    let output = program().arg("adapters").env("REST3D_GPU_PROBE_FAULT", "crash").output().unwrap();
     let said = text(&output.stdout);
     assert!(output.status.success() && said.contains("crashed") && said.contains("install"), "{said}");
 }
 
 #[test]
 fn help_lists_only_what_exists() {
-    let help = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu")).arg("--help").output().unwrap();
+    let help = program().arg("--help").output().unwrap();
     let help = text(&help.stdout);
     let commands = ["optimize", "simulate", "evaluate", "bench", "render", "adapters"];
     assert!(commands.iter().all(|command| help.contains(command)));

@@ -1,9 +1,9 @@
 //! `bench` and its sweeps.
 
+use crate::common::program::program;
 use crate::fixture::*;
 use serde_json::{Value, json};
 use std::fs;
-use std::process::Command;
 
 #[test]
 fn bench_measures_speed_and_quality() {
@@ -92,6 +92,5 @@ fn bench_refuses_what_it_cannot_measure() {
     }
     let still = Case::new(&still);
     refuses(&still, &mut still.command("bench"), &["movable"]);
-    let mut elsewhere = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
-    refuses(&case, elsewhere.arg("bench").current_dir(case.folder.path()), &["scenes/study", "name a scene"]);
+    refuses(&case, program().arg("bench").current_dir(case.folder.path()), &["scenes/study", "name a scene"]);
 }

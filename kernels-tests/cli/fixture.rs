@@ -1,16 +1,12 @@
 //! A folder with a scene made of boxes, and the program run on it.
 
+use crate::common::meshes::CUBE;
+use crate::common::program::program;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
-
-/// Unit cube around the origin.
-pub const CUBE: &str = "\
-v -0.5 -0.5 -0.5\nv 0.5 -0.5 -0.5\nv 0.5 0.5 -0.5\nv -0.5 0.5 -0.5
-v -0.5 -0.5 0.5\nv 0.5 -0.5 0.5\nv 0.5 0.5 0.5\nv -0.5 0.5 0.5
-f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
 
 /// A small search: enough to see all stages.
 pub const TINY: [&str; 4] = ["--candidates", "16", "--iterations", "3"];
@@ -33,8 +29,8 @@ impl Case {
     }
 
     pub fn command(&self, name: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
-        command.arg(name).arg(self.folder.path()).env("REST3D_GPU_CACHE", cache());
+        let mut command = program();
+        command.arg(name).arg(self.folder.path());
         command
     }
 
@@ -49,11 +45,6 @@ impl Case {
         assert!(output.status.success(), "{}", text(&output.stderr));
         serde_json::from_slice(&output.stdout).unwrap()
     }
-}
-
-/// Shared by all tests: entries are found by their content and written in one step.
-pub fn cache() -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join("shapes")
 }
 
 pub fn text(bytes: &[u8]) -> String {

@@ -5,6 +5,8 @@
 
 mod adapters;
 mod bench;
+#[path = "../common/mod.rs"]
+mod common;
 mod fixture;
 mod odd_scenes;
 mod refusals;

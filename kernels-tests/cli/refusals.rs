@@ -1,5 +1,7 @@
 //! Bad input and bad usage are refused, and nothing is written.
 
+use crate::common::meshes::CUBE;
+use crate::common::program::{cache, program};
 use crate::fixture::*;
 use serde_json::{Value, json};
 use std::fs;
@@ -55,8 +57,7 @@ fn files_that_are_not_what_they_should_be_are_refused() {
     fs::write(case.path("broken.glb"), "solid nonsense").unwrap();
     refuses(&case, &mut case.command("optimize"), &["scene.json", "left box", "mesh", "broken.glb"]);
 
-    let mut missing = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
-    refuses(&case, missing.arg("optimize").arg(case.path("nowhere")), &["nowhere"]);
+    refuses(&case, program().arg("optimize").arg(case.path("nowhere")), &["nowhere"]);
 }
 
 #[test]

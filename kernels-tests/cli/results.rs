@@ -1,5 +1,6 @@
 //! What `optimize` leaves on disk, prints and resumes.
 
+use crate::common::program::program;
 use crate::fixture::*;
 use rest3d_gpu::shape::PADDING;
 use serde_json::{Value, json};
@@ -53,12 +54,7 @@ fn optimize_leaves_a_whole_result_and_its_input_alone() {
     assert_eq!(part.lines().filter(|line| line.starts_with("v ") && corner(line)).count(), 8);
 
     // The result is a scene like any other.
-    let again = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"))
-        .arg("simulate")
-        .arg(case.path("out"))
-        .env("REST3D_GPU_CACHE", cache())
-        .output()
-        .unwrap();
+    let again = program().arg("simulate").arg(case.path("out")).output().unwrap();
     assert!(again.status.success(), "{}", text(&again.stderr));
 }
 

@@ -3,4 +3,6 @@
 #![allow(dead_code, clippy::unwrap_used)]
 
 pub mod hulls;
+pub mod meshes;
+pub mod program;
 pub mod scenario;

@@ -2,11 +2,13 @@
 
 use super::Test;
 use super::fixture::Device;
+use crate::common::meshes::CUBE;
+use crate::common::program::program;
 use libtest_mimic::Failed;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 pub const TESTS: &[Test] = &[
     ("auto::takes_an_adapter_that_passes_and_remembers_it", takes_an_adapter_that_passes),
@@ -15,11 +17,6 @@ pub const TESTS: &[Test] = &[
     ("auto::adapters_are_tested_on_demand", adapters_are_tested_on_demand),
     ("auto::a_lost_device_ends_on_the_processor", a_lost_device_ends_on_the_processor),
 ];
-
-const CUBE: &str = "\
-v -0.5 -0.5 -0.5\nv 0.5 -0.5 -0.5\nv 0.5 0.5 -0.5\nv -0.5 0.5 -0.5
-v -0.5 -0.5 0.5\nv 0.5 -0.5 0.5\nv 0.5 0.5 0.5\nv -0.5 0.5 0.5
-f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
 
 /// A table in the air with a box on it.
 const SCENE: &str = r#"{"format": "rest3d-scene", "version": 1, "name": "boxes", "objects": [
@@ -41,7 +38,7 @@ impl Case {
 
     /// Runs a command with these variables; the cache is the case's own.
     fn run(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Result<Output, Failed> {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rest3d-gpu"));
+        let mut command = program();
         command.current_dir(&self.0).args(arguments).env("REST3D_GPU_CACHE", self.0.path().join("cache"));
         Ok(command.envs(variables.iter().copied()).output()?)
     }
