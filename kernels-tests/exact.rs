@@ -1,6 +1,9 @@
 //! The exact step: meshes whose parts do not cover them, bowls, shelves, walls, and what cannot be parted.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
+use common::meshes::{Placed, corners, meet};
 use glam::{DVec3, Vec3};
 use parry3d::query::PointQuery;
 use parry3d::shape::TriMesh;
@@ -113,45 +116,23 @@ impl Room {
         part_meshes(&self.scene, &self.shapes, &optimize::Room::default(), &mut self.layout)
     }
 
-    fn corners(&self, i: usize) -> Vec<DVec3> {
-        let (mesh, pose) = (&self.shapes[i].surface, &self.layout[i]);
-        mesh.vertices.iter().map(|v| pose.translation + pose.rotation * v.as_dvec3()).collect()
-    }
-
-    /// True if an edge of one mesh passes through a triangle of the other (Möller and Trumbore), all against all.
-    fn pierces(&self, i: usize, j: usize) -> bool {
-        let (a, b) = (self.corners(i), self.corners(j));
-        let edges = self.shapes[i].surface.triangles.iter().flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
-        let through = |[p, q]: [DVec3; 2], [u, v, w]: [DVec3; 3]| {
-            let (e, f, along, from) = (v - u, w - u, q - p, p - u);
-            let det = e.dot(along.cross(f));
-            let (s, r) = (from.dot(along.cross(f)) / det, along.dot(from.cross(e)) / det);
-            let t = f.dot(from.cross(e)) / det;
-            s >= 0.0 && r >= 0.0 && s + r <= 1.0 && (0.0..=1.0).contains(&t)
-        };
-        let triangles = &self.shapes[j].surface.triangles;
-        edges.map(|edge| edge.map(|k| a[k as usize])).any(|edge| {
-            let (low, high) = (edge[0].min(edge[1]), edge[0].max(edge[1]));
-            triangles.iter().map(|t| t.map(|k| b[k as usize])).any(|t| {
-                let [first, last] = [t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2])];
-                low.cmple(last).all() && high.cmpge(first).all() && through(edge, t)
-            })
-        })
+    fn placed(&self, i: usize) -> Placed<'_> {
+        (&self.shapes[i].surface, &self.layout[i])
     }
 
     /// How far apart two meshes are by another library's projection of their corners, m; zero if they meet.
     fn gap(&self, i: usize, j: usize) -> f32 {
-        if self.pierces(i, j) || self.pierces(j, i) {
+        let [a, b] = [i, j].map(|i| self.placed(i));
+        if meet(a, b) {
             return 0.0;
         }
-        let from = |i: usize, j: usize| {
-            let (mesh, pose) = (&self.shapes[j].surface, &self.layout[j]);
+        let from = |other, (mesh, pose): Placed<'_>| {
             let surface = TriMesh::new(mesh.vertices.clone(), mesh.triangles.clone()).unwrap();
             let local = |p: DVec3| (pose.rotation.conjugate() * (p - pose.translation)).as_vec3();
-            let gaps = self.corners(i).into_iter().map(|p| surface.distance_to_local_point(local(p), false).abs());
+            let gaps = corners(other).into_iter().map(|p| surface.distance_to_local_point(local(p), false).abs());
             gaps.fold(f32::INFINITY, f32::min)
         };
-        from(i, j).min(from(j, i))
+        from(a, b).min(from(b, a))
     }
 
     fn moved(&self, i: usize) -> DVec3 {

@@ -1,15 +1,18 @@
 //! Placement on walls and ceiling, and walls that bear, in rooms of boxes at any angle and in the shared test room.
 #![allow(missing_docs, clippy::unwrap_used)]
 
+mod common;
+
+use common::meshes::{Placed, corners, meet};
+use common::scenes::Keep;
 use glam::{DQuat, DVec3, Vec3};
 use parry3d::math::Pose as Isometry;
 use parry3d::query::contact;
 use parry3d::shape::ConvexPolyhedron;
 use rest3d_gpu::cpu::CpuBackend;
-use rest3d_gpu::optimize::{Checkpoint, Config, Event, Observer, Outcome, run, shape_requests};
+use rest3d_gpu::optimize::{Checkpoint, Config, Outcome, run, shape_requests};
 use rest3d_gpu::scene::{Parent, Pose, Root, Scene};
 use rest3d_gpu::shape::{Shape, ShapeSettings, build_shapes};
-use rest3d_gpu::world::Flow;
 use serde_json::{Value, json};
 
 /// Nearer than this is a touch, m: the requirement.
@@ -94,19 +97,6 @@ fn config() -> Config {
     config
 }
 
-/// Keeps all checkpoints.
-#[derive(Default)]
-struct Keep(Vec<String>);
-
-impl Observer for Keep {
-    fn event(&mut self, event: Event<'_>) -> Flow {
-        if let Some(checkpoint) = event.checkpoint() {
-            self.0.push(checkpoint.to_json());
-        }
-        Flow::Continue
-    }
-}
-
 impl Ready {
     fn new(scene: Scene) -> Self {
         let shapes = build_shapes(&shape_requests(&scene), &ShapeSettings::default(), None, &|_, _, _| ()).unwrap();
@@ -128,15 +118,13 @@ impl Done<'_> {
         self.outcome.objects[self.ready.index(name)].pose
     }
 
-    fn corners(&self, i: usize) -> Vec<DVec3> {
-        let pose = &self.outcome.objects[i].pose;
-        let vertices = &self.ready.shapes[i].surface.vertices;
-        vertices.iter().map(|v| pose.translation + pose.rotation * v.as_dvec3()).collect()
+    fn placed(&self, i: usize) -> Placed<'_> {
+        (&self.ready.shapes[i].surface, &self.outcome.objects[i].pose)
     }
 
     /// How far the outermost corner of an object is inside a plane, m.
     fn gap(&self, i: usize, point: DVec3, normal: DVec3) -> f64 {
-        self.corners(i).into_iter().map(|p| (p - point).dot(normal)).fold(f64::INFINITY, f64::min)
+        corners(self.placed(i)).into_iter().map(|p| (p - point).dot(normal)).fold(f64::INFINITY, f64::min)
     }
 
     /// The least distance of an object from a plane that bounds the room, m.
@@ -161,36 +149,11 @@ impl Done<'_> {
         self.check_apart();
     }
 
-    /// No edge of a mesh passes through a triangle of another.
     fn check_apart(&self) {
         for (i, j) in (0..self.ready.shapes.len()).flat_map(|j| (0..j).map(move |i| (i, j))) {
             let (a, b) = (&self.ready.scene.objects[i].name, &self.ready.scene.objects[j].name);
-            assert!(!self.pierces(i, j) && !self.pierces(j, i), "{a} and {b} meet");
+            assert!(!meet(self.placed(i), self.placed(j)), "{a} and {b} meet");
         }
-    }
-
-    fn pierces(&self, i: usize, j: usize) -> bool {
-        let (a, b) = (self.corners(i), self.corners(j));
-        let bounds = |points: &[DVec3]| {
-            points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)))
-        };
-        let apart = |(l, h): (DVec3, DVec3), (m, k): (DVec3, DVec3)| l.cmpgt(k).any() || m.cmpgt(h).any();
-        let others: Vec<[DVec3; 3]> =
-            self.ready.shapes[j].surface.triangles.iter().map(|t| t.map(|k| b[k as usize])).collect();
-        let through = |[p, q]: [DVec3; 2], t: &[DVec3; 3]| {
-            let normal = (t[1] - t[0]).cross(t[2] - t[0]);
-            let [from, to] = [p, q].map(|end| normal.dot(end - t[0]));
-            let at = p.lerp(q, from / (from - to));
-            from * to < 0.0 && (0..3).all(|k| (t[(k + 1) % 3] - t[k]).cross(at - t[k]).dot(normal) > 0.0)
-        };
-        let edges =
-            self.ready.shapes[i].surface.triangles.iter().flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
-        let within = bounds(&b);
-        !apart(bounds(&a), within)
-            && edges.map(|edge| edge.map(|k| a[k as usize])).filter(|edge| !apart(bounds(edge), within)).any(|edge| {
-                let reach = bounds(&edge);
-                others.iter().any(|t| !apart(reach, bounds(t)) && through(edge, t))
-            })
     }
 
     /// Yaw of an object's own +Z against that of the room, modulo a quarter turn, rad.
@@ -310,7 +273,7 @@ fn what_cannot_be_placed_well_is_said() {
     assert!(done.outcome.notes.iter().any(|note| note.contains("pole: reaches 0.2")), "{:?}", done.outcome.notes);
     // Nothing that hangs is higher than the ceiling.
     done.check();
-    let high = |i: usize| done.corners(i).iter().map(|p| p.y).fold(0.0, f64::max);
+    let high = |i: usize| corners(done.placed(i)).iter().map(|p| p.y).fold(0.0, f64::max);
     assert!((0..ready.scene.objects.len()).all(|i| high(i) < 2.0 || ready.scene.objects[i].name == "pole"));
 }
 

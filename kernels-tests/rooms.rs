@@ -2,10 +2,11 @@
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
+mod common;
+
+use common::scenes::Keep;
 use rest3d_gpu::cpu::{CpuBackend, CpuSearch, Simulator};
-use rest3d_gpu::optimize::{
-    Candidate, Checkpoint, Config, Event, Observer, OptimizeError, Outcome, Rig, replay, run, shape_requests,
-};
+use rest3d_gpu::optimize::{Candidate, Checkpoint, Config, OptimizeError, Outcome, Rig, replay, run, shape_requests};
 use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::{Shape, ShapeSettings, build_shapes};
 use rest3d_gpu::world::{
@@ -32,19 +33,6 @@ fn config(candidates: u32) -> Config {
         cem.sample_mean = true;
     }
     config
-}
-
-/// Keeps all checkpoints.
-#[derive(Default)]
-struct Keep(Vec<String>);
-
-impl Observer for Keep {
-    fn event(&mut self, event: Event<'_>) -> Flow {
-        if let Some(checkpoint) = event.checkpoint() {
-            self.0.push(checkpoint.to_json());
-        }
-        Flow::Continue
-    }
 }
 
 fn bits(outcome: &Outcome) -> Vec<[u64; 7]> {

@@ -9,13 +9,12 @@ mod common;
 
 use common::hulls::{cuboid, prism};
 use common::scenario::{Scenario, State, box_inertia, run};
+use common::scenes::as_it_stands;
 use glam::{Quat, Vec3};
 use rest3d_gpu::cpu::CpuBackend;
-use rest3d_gpu::optimize::{Rig, shape_requests, standing};
 use rest3d_gpu::scene::Scene;
-use rest3d_gpu::shape::{Cache, ShapeSettings, build_shapes};
 use rest3d_gpu::world::{Backend, Flow, NarrowPhase, Pose, SimSettings, World, angle_between};
-use std::{path::Path, time::Instant};
+use std::time::Instant;
 
 /// Unstable beyond this, m and rad: the paper's metric.
 const STABLE: f32 = 0.1;
@@ -26,19 +25,13 @@ const MEAN_DRIFT: f32 = 5e-3;
 /// Most that any object may creep between steps 200 and 300, m.
 const CREEP: f32 = 2e-4;
 
-/// The world of a room as it is known to stand, and the name of each body's object.
-fn world(room: &str) -> (World, Vec<String>) {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes");
-    let scene = Scene::read(&scenes.join(room).join("truth.json")).unwrap();
-    let cache = Cache::default_location();
-    let requests = shape_requests(&scene);
-    let shapes = build_shapes(&requests, &ShapeSettings::default(), cache.as_ref(), &|_, _, _| ()).unwrap();
-    let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
-    (standing(&scene, &rigs), scene.objects.iter().map(|object| object.name.clone()).collect())
+/// A room as it is known to stand.
+fn room(name: &str) -> (Scene, World) {
+    as_it_stands(&format!("../shared/scenes/{name}/truth.json"))
 }
 
 fn stands(name: &str) {
-    let (world, names) = world(name);
+    let (scene, world) = room(name);
     let settings = SimSettings { steps: 300, ..Default::default() };
     let (mut at_200, mut end): (Vec<Pose>, Vec<Pose>) = Default::default();
     let status = CpuBackend.simulate(&world, &settings, &world.start, &mut |step, poses, _| {
@@ -51,12 +44,12 @@ fn stands(name: &str) {
     });
     assert!(status.unwrap().iter().all(|status| status.is_usable()));
     let distance = |from: &[Pose], i: usize| from[i].translation.distance(end[i].translation);
-    let moving: Vec<usize> = (0..names.len()).filter(|&i| !world.bodies[i].is_static()).collect();
+    let moving: Vec<usize> = (0..world.bodies.len()).filter(|&i| !world.bodies[i].is_static()).collect();
     for &i in &moving {
         let (drift, turn) = (distance(&world.start, i), angle_between(world.start[i].rotation, end[i].rotation));
-        assert!(drift <= STABLE && turn <= STABLE, "{}: {drift} m, {turn} rad", names[i]);
+        assert!(drift <= STABLE && turn <= STABLE, "{}: {drift} m, {turn} rad", scene.objects[i].name);
         let creep = distance(&at_200, i);
-        assert!(creep < CREEP, "{} creeps by {creep} m", names[i]);
+        assert!(creep < CREEP, "{} creeps by {creep} m", scene.objects[i].name);
     }
     let mean = moving.iter().map(|&i| distance(&world.start, i)).sum::<f32>() / moving.len() as f32;
     let creep = moving.iter().map(|&i| distance(&at_200, i)).fold(0.0, f32::max);
@@ -110,7 +103,7 @@ fn stack(shape: &[Vec3]) -> World {
 #[ignore = "slow: scripts/test-slow"]
 fn settings_compared() {
     let stacks = [stack(&cuboid(Vec3::splat(0.1))), stack(&prism(0.1, 0.1, 8))];
-    let rooms = ["study", "living_room", "bedroom"].map(|name| world(name).0);
+    let rooms = ["study", "living_room", "bedroom"].map(|name| room(name).1);
     let twin = [(2, 6), (1, 12), (4, 3), (4, 6), (2, 3), (1, 6)].map(|(a, b)| (a, b, NarrowPhase::Twin));
     for (substeps, small_steps, narrow_phase) in twin.into_iter().chain([(2, 6, NarrowPhase::Reference)]) {
         let settings = |steps| SimSettings {

@@ -6,3 +6,4 @@ pub mod hulls;
 pub mod meshes;
 pub mod program;
 pub mod scenario;
+pub mod scenes;

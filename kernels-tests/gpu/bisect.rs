@@ -7,7 +7,7 @@
 
 use super::Test;
 use super::fixture::{Device, boxes_world};
-use super::whole;
+use crate::common::scenes::as_it_stands;
 use bytemuck::Pod;
 use libtest_mimic::Failed;
 use rayon::prelude::*;
@@ -443,7 +443,7 @@ fn a_wrong_kernel_is_named(device: &Device) -> Result<(), Failed> {
 
 fn a_room_does_not_part(device: &Device) -> Result<(), Failed> {
     let scene = env::var("REST3D_GPU_BISECT").unwrap_or_else(|_| "scenes/study/scene.json".into());
-    let world = whole::world(&scene)?;
+    let (_, world) = as_it_stands(&scene);
     let settings = SimSettings { steps: 20, ..Default::default() };
     // On cards all candidates part at once.
     let ways: &[Way] = if device.rounding(1.0) == 0.0 { &[Way::Lockstep, Way::Free] } else { &[Way::Lockstep] };

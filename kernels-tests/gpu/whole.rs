@@ -5,15 +5,12 @@
 
 use super::Test;
 use super::fixture::Device;
+use crate::common::scenes::as_it_stands;
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::CpuBackend;
-use rest3d_gpu::optimize::{Rig, shape_requests, standing};
-use rest3d_gpu::scene::Scene;
-use rest3d_gpu::shape::{Cache, ShapeSettings, build_shapes};
 use rest3d_gpu::world::{
     Backend, CemSettings, Energy, Flow, NarrowPhase, Pose, SearchSettings, SimSettings, Stream, World, angle_between,
 };
-use std::path::Path;
 
 pub const TESTS: &[Test] = &[("whole::a_broken_room_as_on_the_cpu", a_broken_room)];
 
@@ -37,14 +34,6 @@ const RANKS: f64 = 0.98;
 /// Smallest share of energies within 1 % of those of the same kernels on the CPU, on a software adapter: those there
 /// have their bits, but for the candidate in many that parts.
 const ENERGIES: f64 = 0.98;
-
-pub fn world(scene: &str) -> Result<World, Failed> {
-    let scene = Scene::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(scene))?;
-    let cache = Cache::default_location();
-    let shapes = build_shapes(&shape_requests(&scene), &ShapeSettings::default(), cache.as_ref(), &|_, _, _| ())?;
-    let rigs: Vec<Rig> = shapes.iter().map(Rig::new).collect();
-    Ok(standing(&scene, &rigs))
-}
 
 fn settings(narrow_phase: NarrowPhase) -> SearchSettings {
     let simulation = SimSettings { narrow_phase, ..Default::default() };
@@ -121,7 +110,7 @@ fn ranking(a: &Population, b: &Population) -> (f64, f64) {
 
 /// The first populations of a scene on the device and on the CPU agree on what the search goes by.
 fn agree(device: &Device, scene: &str, narrow_phase: NarrowPhase) -> Result<(), Failed> {
-    let world = world(scene)?;
+    let (_, world) = as_it_stands(scene);
     let found = Population::new(device.backend()?, &world, NarrowPhase::Twin)?;
     let expected = Population::new(&CpuBackend, &world, narrow_phase)?;
     let (verdicts, counted) = verdicts(&world, &found, &expected)?;
