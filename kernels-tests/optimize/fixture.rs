@@ -258,7 +258,7 @@ pub fn frozen() -> Config {
 
 pub fn go(
     boxes: &Boxes,
-    backend: &Fake,
+    backend: &dyn Backend,
     config: &Config,
     seed: u64,
     resume: Option<Checkpoint>,
@@ -267,7 +267,7 @@ pub fn go(
     run(&boxes.scene(), &boxes.shapes, backend, config, seed, resume, watch)
 }
 
-pub fn simple(boxes: &Boxes, backend: &Fake, config: &Config) -> Outcome {
+pub fn simple(boxes: &Boxes, backend: &dyn Backend, config: &Config) -> Outcome {
     go(boxes, backend, config, 1, None, &mut Watch::default()).unwrap()
 }
 

@@ -7,5 +7,6 @@ mod checkpoints;
 mod common;
 mod fixture;
 mod flow;
+mod opinion;
 mod shared;
 mod supports;

@@ -3,15 +3,14 @@
 use crate::fixture::*;
 use glam::{DVec3, Vec3};
 use rest3d_gpu::cpu::CpuBackend;
-use rest3d_gpu::optimize::{ObjectOutcome, run};
+use rest3d_gpu::optimize::ObjectOutcome;
 use rest3d_gpu::scene::Parent;
 
 /// What becomes of the last two objects, without and with a search.
 fn last_two(boxes: &Boxes) -> [ObjectOutcome; 4] {
-    let outcome = |config| run(&boxes.scene(), &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default());
     let ends = [frozen(), config()].map(|mut config| {
         config.seat = true;
-        outcome(config).unwrap().objects
+        simple(boxes, &CpuBackend, &config).objects
     });
     let [a, b] = ends.map(|objects| [objects[objects.len() - 2].clone(), objects[objects.len() - 1].clone()]);
     let ([a, b], [c, d]) = (a, b);
