@@ -2,6 +2,7 @@
 
 use super::Test;
 use super::fixture::{Device, SIZES, noise};
+use super::states::{contact, patch};
 use super::touching::{Expected, Touching, raft, world};
 use glam::Vec3;
 use libtest_mimic::Failed;
@@ -71,23 +72,6 @@ fn solve(candidate: usize, set: &mut ContactSet) {
 }
 
 fn coded(set: &ContactSet) -> (Vec<Patch>, Vec<Contact>) {
-    let patch = |p: &contacts::Patch| Patch {
-        normal: p.normal,
-        pair: p.pair,
-        friction: p.friction,
-        twist: p.twist,
-        a: p.a,
-        b: p.b,
-        first: p.first,
-        count: p.count,
-    };
-    let contact = |p: &contacts::Contact| {
-        let mut made = Contact::default();
-        (made.normal, made.separation, made.point) = (p.normal, p.separation, p.point);
-        (made.impulse, made.load, made.found, made.rest) = (p.impulse, p.load, p.found, p.rest);
-        [made.anchor_a, made.anchor_b] = p.anchors;
-        made
-    };
     (set.patches.iter().map(patch).collect(), set.points.iter().map(contact).collect())
 }
 

@@ -31,6 +31,7 @@ mod sample;
 mod simulation;
 mod solver;
 mod startup;
+mod states;
 mod stats;
 mod times;
 mod touching;

@@ -2,7 +2,8 @@
 
 use super::Test;
 use super::fixture::Device;
-use super::solver::{State, Tables, course, solved};
+use super::solver::solved;
+use super::states::{State, Tables, course};
 use crate::common::hulls::cuboid;
 use crate::common::scenario::{Scenario, any};
 use glam::{EulerRot, Quat, Vec3};
