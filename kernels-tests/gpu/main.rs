@@ -30,6 +30,7 @@ mod place;
 mod sample;
 mod simulation;
 mod solver;
+mod stages;
 mod startup;
 mod states;
 mod stats;
