@@ -1,4 +1,4 @@
-//! Every GPU kernel against its twin in `src/cpu`, on the adapter at hand.
+//! Every GPU kernel against its twin in `src/cpu`, and pictures against those of the processor, on the adapter at hand.
 //!
 //! Without an adapter the tests show as ignored; with `REST3D_GPU_REQUIRE_ADAPTER=1` they fail. `REST3D_GPU_ADAPTER`
 //! chooses the adapter as `--adapter` does.
@@ -26,7 +26,10 @@ mod manifold;
 mod moments;
 #[path = "../physics/mod.rs"]
 mod physics;
+mod pictures;
 mod place;
+#[path = "../render/fixture.rs"]
+mod render;
 mod sample;
 mod simulation;
 mod solver;
@@ -89,6 +92,7 @@ fn main() -> ExitCode {
         times::TESTS,
         startup::TESTS,
         auto::TESTS,
+        pictures::TESTS,
         bisect::TESTS,
         whole::TESTS,
     ];
