@@ -19,7 +19,11 @@ struct Case {
 impl Case {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let cube = |name: &str, parent: &str, position: [f64; 3], size: [f64; 3]| json!({"name": name, "mesh": "cube.obj", "position": position, "scale": size, "parent": parent});
+        let cube = |name: &str, parent: &str, position: [f64; 3], size: [f64; 3]| {
+            json!({
+                "name": name, "mesh": "cube.obj", "position": position, "scale": size, "parent": parent
+            })
+        };
         let objects = [
             cube("table", "ground", [0.0, 0.25, 0.0], [1.0, 0.5, 0.6]),
             cube("left box", "table", [-0.05, 0.6, 0.0], [0.2, 0.2, 0.2]),

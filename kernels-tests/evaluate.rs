@@ -31,7 +31,9 @@ impl Case {
             .iter()
             .map(|(name, position, turn, size)| {
                 let rotation = DQuat::from_rotation_y(*turn).to_array();
-                json!({"name": name, "mesh": "cube.obj", "position": position, "rotation_xyzw": rotation, "scale": size})
+                json!({
+                    "name": name, "mesh": "cube.obj", "position": position, "rotation_xyzw": rotation, "scale": size
+                })
             })
             .collect();
         let path = self.folder.path().join(name);

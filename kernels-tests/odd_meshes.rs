@@ -87,7 +87,8 @@ fn parts_that_are_not_of_the_mesh_are_refused_or_noted() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Points on a coarse grid, and few of them: triangles without area, in one plane, on one line, twice, in one point.
+    /// Points on a coarse grid, and few of them: triangles without area, in one plane, on one line, twice, in one
+    /// point.
     #[test]
     fn any_soup_of_triangles_has_parts_or_an_error(
         corners in vec(uniform3(-3_i32..4), 3..40),
@@ -105,7 +106,8 @@ proptest! {
         std::fs::write(&file, text).unwrap();
         if let Ok(shape) = build(file, Vec::new()) {
             prop_assert_eq!(shape.alternatives.len(), 2);
-            for (parts, mass) in shape.alternatives.iter().map(|a| (&a.parts, &a.mass)).chain([(&shape.parts, &shape.mass)]) {
+            let others = shape.alternatives.iter().map(|other| (&other.parts, &other.mass));
+            for (parts, mass) in others.chain([(&shape.parts, &shape.mass)]) {
                 prop_assert!(!parts.is_empty() && parts.iter().all(|part| (4..=64).contains(&part.vertices.len())));
                 prop_assert!(mass.center.is_finite() && mass.inertia.min_element() > 0.0, "{:?}", mass);
             }

@@ -98,7 +98,8 @@ fn on(parent: &str) -> Value {
     json!({"parent": parent})
 }
 
-/// A table with two boxes and a lamp in it and in each other, a chair in the table, a stool in the chair and the ground.
+/// A table with two boxes and a lamp in it and in each other, a chair in the table, a stool in the chair and the
+/// ground.
 fn jumble() -> Room {
     room(&[
         ("table", [1.2, 0.7, 0.8], [0.0, 0.35, 0.0], ground()),

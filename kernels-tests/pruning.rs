@@ -46,7 +46,8 @@ fn settings(cem: CemSettings) -> SearchSettings {
     SearchSettings { cem, energy, simulation: SimSettings { steps: STEPS, ..SimSettings::default() } }
 }
 
-/// The simulator, in which all fail in the end but those whose cube that is placed farthest off along x is off by so much, m.
+/// The simulator, in which all fail in the end but those whose cube that is placed farthest off along x is off by so
+/// much, m.
 struct Failing<'a> {
     world: &'a World,
     simulator: Simulator<'a>,
@@ -103,8 +104,8 @@ impl Course {
     }
 }
 
-/// Searches with pruning and without, and compares everything but the number of steps and the flags of what was given up; gives the
-/// first, and its share of steps.
+/// Searches with pruning and without, and compares everything but the number of steps and the flags of what was given
+/// up; gives the first, and its share of steps.
 fn pruned(settings: &SearchSettings, works: Range<f32>) -> (Course, f64) {
     let with = |prune| SearchSettings { cem: CemSettings { prune, ..settings.cem.clone() }, ..settings.clone() };
     let [pruned, full] = [true, false].map(|prune| Course::of(&with(prune), works.clone()));
@@ -182,7 +183,8 @@ fn motion() -> impl Strategy<Value = (Vec3, Vec3)> {
     (vector(), vector())
 }
 
-/// Of this size, and only turns, only shifts, or both: what rounding does to one of them must not hide behind the other.
+/// Of this size, and only turns, only shifts, or both: what rounding does to one of them must not hide behind the
+/// other.
 fn sized(size: f32, kind: u8, (turn, shift): (Vec3, Vec3)) -> (Vec3, Vec3) {
     let (turn, shift) = (3.0 * size * turn, size * shift);
     match kind {
@@ -220,8 +222,8 @@ proptest! {
         let [stability, velocity, penetration, layout, position] = weights;
         let heavy = 10f32.powf(heavy);
         let penetration_mode = if count { PenetrationMode::Count } else { PenetrationMode::Depth };
-        let weights = EnergyWeights { stability: heavy * stability, velocity, penetration, layout: heavy * layout, position,
-            penetration_mode, penetration_depth_unit: 0.02 };
+        let weights = EnergyWeights { stability: heavy * stability, velocity, penetration, layout: heavy * layout,
+            position, penetration_mode, penetration_depth_unit: 0.02 };
         let placed: Vec<Pose> = world.start.iter().zip(&motions).map(|(pose, (one, _))| moved(pose, *one)).collect();
         world.reference = placed.iter().zip(&motions).map(|(pose, (_, other))| moved(pose, *other)).collect();
         // Where it settles: between its placement and the reference.

@@ -43,7 +43,11 @@ impl Case {
 }
 
 fn scene(name: &str) -> Value {
-    let object = |name: &str, parent: &str, y: f64, size: f64| json!({"name": name, "mesh": "cube.obj", "parent": parent, "position": [0, y, 0], "scale": size});
+    let object = |name: &str, parent: &str, y: f64, size: f64| {
+        json!({
+            "name": name, "mesh": "cube.obj", "parent": parent, "position": [0, y, 0], "scale": size
+        })
+    };
     let objects = [object("table & <b>", "ground", 0.55, 1.0), object("box", "table & <b>", 1.3, 0.3)];
     json!({"format": "rest3d-scene", "version": 1, "name": name, "objects": objects})
 }
@@ -111,7 +115,8 @@ fn bad_input_is_refused_and_nothing_is_written() {
     assert_eq!(fs::read_to_string(case.path("cube.obj")).unwrap(), CUBE);
 }
 
-/// Input, result and truth of each folder; where there is no result, the place stays empty, without any its column goes.
+/// Input, result and truth of each folder; where there is no result, the place stays empty, without any its column
+/// goes.
 #[test]
 fn a_sheet_has_a_row_for_every_folder() {
     let case = Case::new();

@@ -98,8 +98,8 @@ fn the_generated_code_checks_names_types_and_layouts() {
     }
 }
 
-/// Every kernel has its twin, a file of its name or the one that its first lines name as `cpu::…`, and a test, a file of
-/// its name or one that names it in its first lines.
+/// Every kernel has its twin, a file of its name or the one that its first lines name as `cpu::…`, and a test, a file
+/// of its name or one that names it in its first lines.
 #[test]
 fn every_kernel_has_its_twin_and_its_test() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

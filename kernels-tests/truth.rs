@@ -1,5 +1,5 @@
-//! Layouts that are known to stand: every `truth.json` of the shared scenes, with our own convex parts, for five seconds;
-//! and the solver's settings compared on some of them.
+//! Layouts that are known to stand: every `truth.json` of the shared scenes, with our own convex parts, for five
+//! seconds; and the solver's settings compared on some of them.
 //!
 //! Slow, because every mesh is decomposed: `scripts/test-slow` runs them.
 
@@ -79,7 +79,8 @@ truths! {
     wall_ceiling
 }
 
-/// Drift and creep of a simulation: mean way of what moves from its start, and farthest way in the last hundred steps, m.
+/// Drift and creep of a simulation: mean way of what moves from its start, and farthest way in the last hundred steps,
+/// m.
 fn way(world: &World, states: &[State]) -> (f32, f32) {
     let moving: Vec<usize> = (0..world.bodies.len()).filter(|&i| !world.bodies[i].is_static()).collect();
     let end = &states[states.len() - 1].0;

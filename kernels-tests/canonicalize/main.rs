@@ -1,4 +1,5 @@
-//! Canonicalization: synthetic rooms whose right layout is known, what must stay the same, bad input, and the shared rooms.
+//! Canonicalization: synthetic rooms whose right layout is known, what must stay the same, bad input, and the shared
+//! rooms.
 #![allow(clippy::unwrap_used)]
 
 mod command;

@@ -1,9 +1,10 @@
-//! Which kernel parts from its twin: the simulation runs on both, substep by substep and kernel by kernel, and every table
-//! is compared bit by bit.
+//! Which kernel parts from its twin: the simulation runs on both, substep by substep and kernel by kernel, and every
+//! table is compared bit by bit.
 //!
-//! Two ways. `Way::Lockstep`: after each kernel its table is replaced by the twin's, so that every kernel is judged on the
-//! processor's own inputs: the processor up to stage N, the device after, for every N. `Way::Free`: nothing is replaced,
-//! and each candidate counts at the first kernel that parts. `REST3D_GPU_BISECT=SCENE` prints both for a scene.
+//! Two ways. `Way::Lockstep`: after each kernel its table is replaced by the twin's, so that every kernel is judged on
+//! the processor's own inputs: the processor up to stage N, the device after, for every N. `Way::Free`: nothing is
+//! replaced, and each candidate counts at the first kernel that parts. `REST3D_GPU_BISECT=SCENE` prints both for a
+//! scene.
 
 use super::Test;
 use super::fixture::{Device, boxes_world};

@@ -77,8 +77,8 @@ impl Device {
         Ok(download.take(&self.gpu)?)
     }
 
-    /// The buffer holds what is expected, and would not if any element were off by a little: the canary spoils the first,
-    /// a middle and the last element on the device, and the comparison must see it.
+    /// The buffer holds what is expected, and would not if any element were off by a little: the canary spoils the
+    /// first, a middle and the last element on the device, and the comparison must see it.
     pub fn expect<T: Value>(
         &self,
         what: &str,

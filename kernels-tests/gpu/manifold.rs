@@ -1,5 +1,5 @@
-//! Kernels `aligned_faces`, `clip_faces` and `single_points`, which are `cpu::narrow_phase::manifold`, `passing`, which is
-//! `cpu::narrow_phase::passes`, and `ground`, which is `cpu::narrow_phase::plane_hull`.
+//! Kernels `aligned_faces`, `clip_faces` and `single_points`, which are `cpu::narrow_phase::manifold`, `passing`, which
+//! is `cpu::narrow_phase::passes`, and `ground`, which is `cpu::narrow_phase::plane_hull`.
 //!
 //! Where two choices are equally good to the last bit, the kernels and the CPU may choose differently: then normal,
 //! deepest point and extent must agree, and it must be rare.

@@ -141,8 +141,8 @@ fn block(x: usize, y: usize, z: usize) -> World {
     scenario.world()
 }
 
-/// A pile that is small enough for workgroup memory, one with too many patches and points for that, and one with too many
-/// bodies. Both ways end at the same bits where nothing is fused.
+/// A pile that is small enough for workgroup memory, one with too many patches and points for that, and one with too
+/// many bodies. Both ways end at the same bits where nothing is fused.
 fn every_kernel_does_its_share(device: &Device) -> Result<(), Failed> {
     let settings = SimSettings::default();
     for (world, kernel) in [(block(2, 3, 1), 0), (block(2, 3, 2), 1), (block(4, 3, 3), 2)] {

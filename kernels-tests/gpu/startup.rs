@@ -194,7 +194,8 @@ fn no_shorter(candidates: u32) -> SearchSettings {
 
 fn memory_is_as_planned(device: &Device) -> Result<(), Failed> {
     let world = boxes_world();
-    // Of its own, because other tests make buffers at the same time, and keep it so busy that a search would do less at once.
+    // Of its own, because other tests make buffers at the same time, and keep it so busy that a search would do less at
+    // once.
     let gpu = Gpu::open_with(&Options { submission: Some(Duration::from_secs(3600)), ..options(device) })?;
     let kernels = Kernels::compile(&gpu)?;
     for settings in
@@ -246,7 +247,8 @@ fn more_than_is_ranked_is_refused(device: &Device) -> Result<(), Failed> {
     }
 }
 
-/// Where a substep of all candidates takes longer than a submission may, fewer are simulated at a time, with the same result.
+/// Where a substep of all candidates takes longer than a submission may, fewer are simulated at a time, with the same
+/// result.
 fn a_slow_substep_is_split(device: &Device) -> Result<(), Failed> {
     let (world, settings) = (boxes_world(), settings(65));
     let run = |submission| -> Result<_, Failed> {

@@ -85,8 +85,8 @@ impl Value for GpuContact {
     }
 }
 
-/// Candidates that have been simulated for ever longer, with the contacts of their next substep, and after it. Left out is
-/// what a rounding error decides on the CPU, too: whether there is one more sweep, or new lever arms.
+/// Candidates that have been simulated for ever longer, with the contacts of their next substep, and after it. Left out
+/// is what a rounding error decides on the CPU, too: whether there is one more sweep, or new lever arms.
 pub fn states(world: &World, settings: &SimSettings) -> Result<Vec<[State; 2]>, Failed> {
     states_after(world, settings, 0.003, 0..STATES)
 }

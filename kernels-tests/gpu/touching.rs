@@ -94,8 +94,8 @@ pub fn poses(world: &World, candidate: u32, age: u32) -> Vec<Pose> {
         .collect()
 }
 
-/// A third of the candidates is at rest; in another bodies move on by some centimetres a substep, some of them only down; in
-/// the last by so little that gravity counts.
+/// A third of the candidates is at rest; in another bodies move on by some centimetres a substep, some of them only
+/// down; in the last by so little that gravity counts.
 fn velocities(world: &World, candidate: u32) -> Vec<Velocity> {
     let random = noise(500 + candidate, 6 * world.bodies.len());
     (random.chunks_exact(6).zip(&world.bodies).enumerate())

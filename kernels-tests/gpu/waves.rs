@@ -13,8 +13,8 @@ use rest3d_gpu::world::{SimSettings, World};
 
 pub const TESTS: &[Test] = &[("waves::end_where_solve_ends_at_every_limit", end_where_solve_ends)];
 
-/// So many boxes, heavy and light. The first `aloft` touch nothing, so that the first patches are between bodies of other
-/// invocations than their own; the others lie in a heap, a few of them fixed.
+/// So many boxes, heavy and light. The first `aloft` touch nothing, so that the first patches are between bodies of
+/// other invocations than their own; the others lie in a heap, a few of them fixed.
 fn heap(bodies: usize, aloft: usize, fixed: usize) -> World {
     let mut scenario = Scenario::default();
     for i in 0..aloft {
@@ -34,8 +34,8 @@ fn heap(bodies: usize, aloft: usize, fixed: usize) -> World {
     scenario.world()
 }
 
-/// The first patches of a state, with as many points as that takes, or as many as are wanted; none if it has fewer patches, or
-/// they do not hold so many.
+/// The first patches of a state, with as many points as that takes, or as many as are wanted; none if it has fewer
+/// patches, or they do not hold so many.
 fn cut(state: &State, patches: usize, points: Option<usize>) -> Option<State> {
     let mut cut = state.clone();
     cut.patches.truncate(patches);

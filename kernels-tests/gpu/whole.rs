@@ -1,4 +1,5 @@
-//! Whole populations of a real scene on the device, beside the CPU backend with the same kernels and with parry's geometry.
+//! Whole populations of a real scene on the device, beside the CPU backend with the same kernels and with parry's
+//! geometry.
 //!
 //! Candidates are drawn on the device from the same random numbers, so they differ from the CPU's by rounding; where a
 //! body tumbles, contacts make that large. What must agree is what the search goes by.

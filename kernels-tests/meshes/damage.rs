@@ -210,7 +210,9 @@ proptest! {
 
     #[test]
     fn noise_is_survived(
-        magic in prop::sample::select(vec!["", "glTF\u{2}\0\0\0", "ply\n", "solid ", "{\"asset\":{\"version\":\"2.0\"},"]),
+        magic in prop::sample::select(
+            vec!["", "glTF\u{2}\0\0\0", "ply\n", "solid ", "{\"asset\":{\"version\":\"2.0\"},"]
+        ),
         extension in prop::sample::select(vec!["glb", "gltf", "obj", "ply", "stl"]),
         noise in prop::collection::vec(any::<u8>(), 0..300),
     ) {

@@ -28,8 +28,8 @@ fn a_resumed_run_ends_like_an_uninterrupted_one() {
     }
 }
 
-/// A cup that the search pushes off its table and that no simulation leaves as it is: the second opinion sets it back, and
-/// then looks in vain for a place where it stays.
+/// A cup that the search pushes off its table and that no simulation leaves as it is: the second opinion sets it back,
+/// and then looks in vain for a place where it stays.
 #[test]
 fn a_run_that_is_stopped_in_its_second_opinion_is_not_finished_and_resumes() {
     let mut boxes = Boxes::default();

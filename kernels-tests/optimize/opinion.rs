@@ -49,8 +49,8 @@ fn what_leans_is_set_upright_where_there_is_room() {
     assert!(object.stable && object.turned < 0.02 && (0.03..0.08).contains(&object.moved), "{object:?}");
 }
 
-/// A crate at the edge of a stone block, which stands with its own parts and tips with the others, whose centre of mass is
-/// 20 mm farther out.
+/// A crate at the edge of a stone block, which stands with its own parts and tips with the others, whose centre of mass
+/// is 20 mm farther out.
 #[test]
 fn what_stands_on_one_decomposition_only_is_searched_again() {
     let mut boxes = Boxes::default();
@@ -72,8 +72,8 @@ fn what_stands_on_one_decomposition_only_is_searched_again() {
     assert!(object.moved < 0.05, "{object:?}");
 }
 
-/// A plank that reaches 4 mm too far over the edge of a stone, and a weight on its other end: it holds the plank if it is as
-/// heavy, but not if it is as much lighter as it is smaller. What the scene says of masses holds.
+/// A plank that reaches 4 mm too far over the edge of a stone, and a weight on its other end: it holds the plank if it
+/// is as heavy, but not if it is as much lighter as it is smaller. What the scene says of masses holds.
 #[test]
 fn what_only_a_guessed_mass_holds_is_searched_again() {
     let mut boxes = Boxes::default();
@@ -95,8 +95,8 @@ fn what_only_a_guessed_mass_holds_is_searched_again() {
     assert!((0.002..0.05).contains(&far), "{far} m");
 }
 
-/// A board of 30 cm on its edge, which stands as long as nothing pushes it: on a slope of 1.1° it falls if it is thinner than
-/// 6 mm.
+/// A board of 30 cm on its edge, which stands as long as nothing pushes it: on a slope of 1.1° it falls if it is
+/// thinner than 6 mm.
 #[test]
 fn what_stands_on_next_to_nothing_is_laid_down() {
     let board = |thickness: f32, second_opinion: bool| {
@@ -192,8 +192,8 @@ impl Backend for InTurn {
     }
 }
 
-/// Three crates that stand with their own parts and tip with others, each on a stone of its own, and a board on its edge that
-/// falls on slopes.
+/// Three crates that stand with their own parts and tip with others, each on a stone of its own, and a board on its
+/// edge that falls on slopes.
 #[test]
 fn runs_beside_one_another_end_as_in_turn() {
     let mut boxes = Boxes::default();

@@ -60,8 +60,8 @@ fn what_would_fall_off_its_support_is_moved_inwards() {
     assert!(object.lost_support, "{object:?}");
 }
 
-/// Where a toy 10 cm long ends that is inside a tray 50 cm long, or on it, with rims 2 cm wide and 8 cm high on a floor of 2 cm.
-/// Its middle is at `x` and its bottom on the floor.
+/// Where a toy 10 cm long ends that is inside a tray 50 cm long, or on it, with rims 2 cm wide and 8 cm high on a floor
+/// of 2 cm. Its middle is at `x` and its bottom on the floor.
 fn toy_at(x: f64, relation: Relation) -> DVec3 {
     let mut boxes = Boxes::default();
     let tray = boxes.add("tray", GROUND, Vec3::new(0.5, 0.1, 0.4), DVec3::ZERO);
@@ -112,9 +112,9 @@ fn what_stands_on_something_narrow_stays_where_it_is() {
     assert!(object.stable && !object.lost_support && object.moved < 1e-3, "{object:?}");
 }
 
-/// A block of 1 : 3 on its edge, past the 18° from which it falls over and past the 20° up to which it is taken for an upright
-/// one: standing is 25° away, lying 65°. It stands if it does so with its other parts, too: not if their centre of mass is
-/// 10 mm outside its foot.
+/// A block of 1 : 3 on its edge, past the 18° from which it falls over and past the 20° up to which it is taken for an
+/// upright one: standing is 25° away, lying 65°. It stands if it does so with its other parts, too: not if their centre
+/// of mass is 10 mm outside its foot.
 #[test]
 fn what_would_roll_is_set_down_in_the_nearest_pose_that_it_keeps() {
     let turned_to_rest = |off: f32| {
@@ -154,8 +154,8 @@ fn what_tumbles_is_fallen_and_unstable() {
     assert!(chair.fallen && (chair.turned - 0.55).abs() < 1e-6, "{chair:?}");
 }
 
-/// A stand of 20 by 4 cm with rounded corners and a beam across it, whose common centre of mass is this far from the middle (m):
-/// with four corners the stand ends 3 mm earlier, at 97 mm.
+/// A stand of 20 by 4 cm with rounded corners and a beam across it, whose common centre of mass is this far from the
+/// middle (m): with four corners the stand ends 3 mm earlier, at 97 mm.
 fn stand(center: f32) -> (Boxes, Outcome) {
     let mut boxes = Boxes::default();
     let stand = boxes.add("stand", GROUND, Vec3::splat(0.1), DVec3::ZERO);

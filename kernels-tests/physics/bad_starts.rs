@@ -72,7 +72,8 @@ pub fn five_in_one_place_come_apart(backend: &dyn Backend) {
             s.cuboid(Vec3::splat(0.1), 1.0, at, Quat::from_rotation_y(beside(3)));
         }
         let states = comes_apart(backend, "five in one place", &s, &settings);
-        // At rest bodies overlap by half a slop at most; the spring alone, without the push for deep overlap, leaves twice this.
+        // At rest bodies overlap by half a slop at most; the spring alone, without the push for deep overlap, leaves
+        // twice this.
         let left = overlap(&s.world(), &states[59]);
         assert!(left < 2.0 * LINEAR_SLOP, "{left} m overlap: they have not come to rest");
     }
@@ -172,7 +173,8 @@ pub fn what_is_jammed_stays_calm(backend: &dyn Backend) {
     }
 }
 
-/// A box on the ground that a fixed slanted board touches too deeply slides out; the ground bars no way that leads along it.
+/// A box on the ground that a fixed slanted board touches too deeply slides out; the ground bars no way that leads
+/// along it.
 pub fn what_a_slanted_board_touches_is_not_thrown(backend: &dyn Backend) {
     for (degrees, along) in [(5.0_f32, 0.1), (35.0, 0.1), (70.0, 0.2), (87.0, 0.2)] {
         for depth in [0.0005, 0.003] {

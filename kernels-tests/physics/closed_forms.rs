@@ -98,8 +98,8 @@ pub fn a_turned_overhang_tips_there_too(backend: &dyn Backend) {
     }
 }
 
-/// A beam of 1 kg lies on a fixed block with its centre 0.2 m inside the edge, and a load 0.3 m outside. It tips when the
-/// load presses with more than 2/3 of the beam's own weight: a balance for the force of a contact at rest.
+/// A beam of 1 kg lies on a fixed block with its centre 0.2 m inside the edge, and a load 0.3 m outside. It tips when
+/// the load presses with more than 2/3 of the beam's own weight: a balance for the force of a contact at rest.
 pub fn a_lever_weighs_half_a_percent(backend: &dyn Backend) {
     for settings in both(backend, 360) {
         for (share, tips) in [(0.995, false), (1.005, true)] {
@@ -114,9 +114,10 @@ pub fn a_lever_weighs_half_a_percent(backend: &dyn Backend) {
     }
 }
 
-/// A solid ball accelerates with 5/7 g sin θ. These have 168 corners around their equator. They roll slower: a contact may sink by
-/// `LINEAR_SLOP`, so the large one stands on 2 cm of its rim, whose front brakes; the small one turns by up to 20° between two
-/// searches for contacts, and loses 16 %. Without points onto which it may roll it loses 22 %, and slips by 8 % of its speed.
+/// A solid ball accelerates with 5/7 g sin θ. These have 168 corners around their equator. They roll slower: a contact
+/// may sink by `LINEAR_SLOP`, so the large one stands on 2 cm of its rim, whose front brakes; the small one turns by up
+/// to 20° between two searches for contacts, and loses 16 %. Without points onto which it may roll it loses 22 %, and
+/// slips by 8 % of its speed.
 pub fn a_ball_rolls(backend: &dyn Backend) {
     for (radius, degrees, tolerance, most_slip) in [(0.5f32, 10.0f32, 0.05, 0.01), (0.05, 20.0, 0.19, 0.05)] {
         for settings in both(backend, 60).map(undamped) {
@@ -137,8 +138,8 @@ pub fn a_ball_rolls(backend: &dyn Backend) {
     }
 }
 
-/// A prism rolls over its edges like a rimless wheel (T. McGeer, 1990): it pivots on one, and the next takes what the inelastic
-/// hit costs. Slow enough that it never leaves the slope.
+/// A prism rolls over its edges like a rimless wheel (T. McGeer, 1990): it pivots on one, and the next takes what the
+/// inelastic hit costs. Slow enough that it never leaves the slope.
 pub fn a_prism_rolls_over_its_edges(backend: &dyn Backend) {
     const SIDES: usize = 32;
     for (radius, degrees) in [(0.03f32, 7.0f32), (0.05, 8.0), (0.2, 15.0)] {

@@ -78,8 +78,8 @@ pub fn a_candidate_does_not_depend_on_the_others(backend: &dyn Backend) {
     }
 }
 
-/// Candidates that end one after the other, from all over the population, leave those that go on alone; each is told its
-/// own steps, and no more of them once it has ended.
+/// Candidates that end one after the other, from all over the population, leave those that go on alone; each is told
+/// its own steps, and no more of them once it has ended.
 pub fn a_candidate_does_not_depend_on_what_has_ended(backend: &dyn Backend) {
     let world = hard_heap(23).world();
     let all: Vec<usize> = (0..CANDIDATES).collect();

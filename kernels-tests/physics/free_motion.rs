@@ -185,7 +185,8 @@ fn loses_energy(backend: &dyn Backend, name: &str, s: &Scenario, settings: &SimS
     assert!(growth < 1e-3, "{name}, {:?}: energy grows by {growth} of the first", settings.narrow_phase);
 }
 
-/// By how much the energy of a step is above that of any earlier one, as a share of the first; checks that a tenth is lost.
+/// By how much the energy of a step is above that of any earlier one, as a share of the first; checks that a tenth is
+/// lost.
 fn growth_of_energy(backend: &dyn Backend, name: &str, s: &Scenario, settings: &SimSettings) -> f64 {
     let world = s.world();
     let states = run(backend, &world, settings);
@@ -279,7 +280,8 @@ pub fn hard_heap(number: usize) -> Scenario {
     s
 }
 
-/// The impulses of a hit, taken for those of the next small step, must not make a heap of heavy and light things fly apart.
+/// The impulses of a hit, taken for those of the next small step, must not make a heap of heavy and light things fly
+/// apart.
 pub fn energy_of_hard_falls_never_grows(backend: &dyn Backend) {
     let settings = undamped(settings(120));
     // The last three were the worst of a thousand before hits were over-relaxed.
@@ -288,8 +290,8 @@ pub fn energy_of_hard_falls_never_grows(backend: &dyn Backend) {
     }
 }
 
-/// Eight plates of 1 to 20 kg upwards are more than the sweeps can stop at once: the light ones are pressed into the ground
-/// and lift the others when they are pushed out.
+/// Eight plates of 1 to 20 kg upwards are more than the sweeps can stop at once: the light ones are pressed into the
+/// ground and lift the others when they are pushed out.
 pub fn stacks_with_light_bottoms_gain_little_energy(backend: &dyn Backend) {
     let settings = undamped(settings(180));
     let heights = (1u8..=12).map(|i| 0.1 * f32::from(i));

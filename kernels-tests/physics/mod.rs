@@ -1,7 +1,8 @@
 //! Physics tests as functions of a backend, so that every backend passes the same ones.
 //!
 //! A simulation starts at rest, so a test that needs motion lets things fall, slide or push one another apart first.
-//! `physics_suite!` lists all bodies once, for whichever harness runs them. A test says what it measured on stderr (`cargo test --test physics -- --nocapture`); `docs/physics.md` holds those numbers.
+//! `physics_suite!` lists all bodies once, for whichever harness runs them. A test says what it measured on stderr
+//! (`cargo test --test physics -- --nocapture`); `docs/physics.md` holds those numbers.
 
 pub mod bad_starts;
 pub mod closed_forms;

@@ -132,8 +132,8 @@ pub fn a_mass_ratio_of_a_hundred(backend: &dyn Backend) {
     }
 }
 
-/// Three blocks side by side and one across their middle, by turns: what lies on the one across is borne on a third of its
-/// length. Solving contacts in one order only once shook such stacks for ever.
+/// Three blocks side by side and one across their middle, by turns: what lies on the one across is borne on a third of
+/// its length. Solving contacts in one order only once shook such stacks for ever.
 pub fn crossed_blocks_stand(backend: &dyn Backend) {
     let half = Vec3::new(0.0375, 0.0075, 0.0125);
     for levels in [3, 9] {

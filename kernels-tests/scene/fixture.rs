@@ -41,7 +41,9 @@ pub fn full() -> Value {
     json!({
         "format": "rest3d-scene", "version": 1, "name": "study",
         "frame": {"up": "Y", "meters_per_unit": 1.0},
-        "room": {"ground": 0.0, "ceiling": 2.6, "walls": [{"name": "back", "point": [0, 0, -2.2], "normal": [0, 0, 2]}]},
+        "room": {
+            "ground": 0.0, "ceiling": 2.6, "walls": [{"name": "back", "point": [0, 0, -2.2], "normal": [0, 0, 2]}]
+        },
         "objects": [
             {"name": "mug", "category": "mug", "mesh": "meshes/mug.glb",
              "position": [0.1, 0.75, -0.3], "rotation_xyzw": [0, 0, 0, 1], "scale": 1.0,

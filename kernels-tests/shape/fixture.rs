@@ -62,8 +62,8 @@ pub fn cuboid(low: [f32; 3], high: [f32; 3]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     (corners, quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect())
 }
 
-/// The closed surface of boxes, given by their lowest and highest corners, as one: faces that two of them share are left out. They
-/// have to meet in whole faces of the grid that all their sides make.
+/// The closed surface of boxes, given by their lowest and highest corners, as one: faces that two of them share are
+/// left out. They have to meet in whole faces of the grid that all their sides make.
 pub fn blocks(boxes: &[[[f32; 3]; 2]]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let lines: [Vec<f32>; 3] = std::array::from_fn(|axis| {
         let mut lines: Vec<f32> = boxes.iter().flatten().map(|corner| corner[axis]).collect();
@@ -119,8 +119,8 @@ pub fn enclosed(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> (f32, Vec3) {
     (volume, moment / volume)
 }
 
-/// A closed surface of rings of corners between two poles. `point`: where it is at an angle along it from pole to pole and one
-/// around it.
+/// A closed surface of rings of corners between two poles. `point`: where it is at an angle along it from pole to pole
+/// and one around it.
 pub fn between_poles(rings: u32, sides: u32, point: impl Fn(f32, f32) -> Vec3) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     use std::f32::consts::{PI, TAU};
     let ring = |k: u32| {

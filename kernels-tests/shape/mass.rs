@@ -34,8 +34,8 @@ fn weighs_right(name: &str, category: &str, (vertices, triangles): (Vec<[f32; 3]
     shape
 }
 
-/// A snowman. Cut by planes in three directions, its pieces lack the corners in which these meet inside: its parts held 0.8
-/// of it, with the centre of mass 12 mm aside.
+/// A snowman. Cut by planes in three directions, its pieces lack the corners in which these meet inside: its parts held
+/// 0.8 of it, with the centre of mass 12 mm aside.
 #[test]
 fn a_snowman_is_not_hollow() {
     let snowman = between_poles(48, 32, |along, around| {
@@ -72,8 +72,8 @@ fn the_gaps_of_a_chair_weigh_nothing() {
     weighs_right("chair", "chair", blocks(&boxes), 0.012);
 }
 
-/// A dented pear. Pieces of its surface are merged where that fills no free space, and what they share inside costs too:
-/// without that its parts hold half as much again as it does.
+/// A dented pear. Pieces of its surface are merged where that fills no free space, and what they share inside costs
+/// too: without that its parts hold half as much again as it does.
 #[test]
 fn parts_of_something_solid_share_little() {
     let folder = tempfile::tempdir().unwrap();

@@ -94,7 +94,8 @@ fn a_convex_mesh_of_few_corners_is_its_own_part() {
     assert!(farthest < 2.0 * PADDING, "a corner is {farthest} m from where the mesh has one");
 }
 
-/// A round table top of 1.2 m: the 32 sides that 64 vertices make stand out by 3 mm, and the category has no second part.
+/// A round table top of 1.2 m: the 32 sides that 64 vertices make stand out by 3 mm, and the category has no second
+/// part.
 #[test]
 fn what_few_vertices_cannot_follow_costs_more_parts() {
     const SIDES: u32 = 192;
@@ -147,8 +148,8 @@ fn cavities_stay_open() {
     }
 }
 
-/// A table top that sags by 8 mm in its middle: one part for a table that bears nothing, and parts that follow the top, with
-/// nothing of it uncovered, for one that does.
+/// A table top that sags by 8 mm in its middle: one part for a table that bears nothing, and parts that follow the top,
+/// with nothing of it uncovered, for one that does.
 #[test]
 fn what_bears_follows_its_top() {
     const COLUMNS: u32 = 24;
