@@ -20,6 +20,7 @@ mod reflect;
 
 use compose::{File, Library};
 use reflect::{Access, Kernel};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 fn shipped() -> Library {
@@ -120,6 +121,34 @@ fn every_kernel_has_its_twin_and_its_test() {
         };
         assert!(own || tests.iter().any(is_named), "{name}: no test names it");
     }
+}
+
+/// The tables of buffers in `docs/gpu.md` state the size of every struct but of those that are said to be uniforms. What a
+/// struct takes in a shader it takes in Rust, or the build fails.
+#[test]
+fn the_documented_sizes_are_those_of_the_structs() {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/gpu.md")).unwrap();
+    let tables = text.split("| buffer | element, bytes |").skip(1);
+    let mut documented = BTreeMap::new();
+    for row in tables.flat_map(|table| table.lines().take_while(|line| line.contains('|'))) {
+        // Names in code, and what follows each.
+        let pieces: Vec<&str> = row.split('`').skip(1).collect();
+        for piece in pieces.chunks_exact(2) {
+            let digits = piece[1].trim_start().split(|c: char| !c.is_ascii_digit()).next().unwrap();
+            documented.extend(digits.parse::<u32>().map(|bytes| (piece[0], bytes)));
+        }
+    }
+    let (kernels, _) = kernels(&shipped());
+    let mut actual = BTreeMap::new();
+    for Kernel { bindings, structs, .. } in &kernels {
+        let elements = bindings.iter().filter(|binding| structs.contains_key(&binding.element));
+        actual.extend(elements.map(|binding| (binding.element.as_str(), binding.bytes)));
+    }
+    actual.retain(|name, _| !["Preference", "Sim"].contains(name));
+    for (name, bytes) in &actual {
+        assert_eq!(documented.get(name), Some(bytes), "{name}");
+    }
+    assert_eq!(documented.len(), actual.len(), "{documented:?}");
 }
 
 /// Shaders of pictures are held to the same layouts, and have the stages of a raster pass and no others.
