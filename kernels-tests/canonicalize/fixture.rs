@@ -168,6 +168,7 @@ pub fn by_name<'a>(scene: &'a Scene, name: &str) -> &'a Pose {
 
 /// Everything upright and at its height, with the horizontal distances of the known layout.
 pub fn assert_restored(scene: &Scene, things: &[Thing], tolerance: f64) {
+    assert_eq!(scene.objects.len(), things.len());
     for (object, thing) in scene.objects.iter().zip(things) {
         assert!(up(&object.pose).angle_between(DVec3::Y) < tolerance, "{}: {:?}", thing.name, object.pose);
         let height = object.pose.translation.y - thing.pose.translation.y;

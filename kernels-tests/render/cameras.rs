@@ -70,7 +70,9 @@ fn lights_see_all_that_casts_shadows() {
     let scene = case.scene(&document(&boxes()));
     let stage = staged(&scene);
     let camera = camera(Viewpoint::Auto, &scene, &[&stage], SIZE);
-    for light in lights(&stage, &camera) {
+    let lights = lights(&stage, &camera);
+    assert!(!lights.is_empty() && !stage.casters.positions.is_empty());
+    for light in lights {
         for p in &stage.casters.positions {
             let at = [light.u, light.v, light.depth].map(|row| row.dot(*p));
             assert!(at.iter().all(|x| (0.0..1.0).contains(x)), "{at:?}");

@@ -12,7 +12,9 @@ fn furniture_is_brought_inside_and_stays_there() {
     boxes.add("chest", "ground", [0.5, 0.5, 0.5], [2.3, 0.25, 0.5], 0.0, 0.0);
     let ready = boxes.done();
     let done = ready.run(&config());
-    for side in done.outcome.room.sides.iter().filter(|side| side.kind == Root::Wall) {
+    let walls = done.outcome.room.sides.iter().filter(|side| side.kind == Root::Wall);
+    assert_eq!(walls.clone().count(), 3);
+    for side in walls {
         assert!(side.bears);
         for (i, object) in ready.scene.objects.iter().enumerate() {
             let gap = done.gap(i, side.point, side.normal);
