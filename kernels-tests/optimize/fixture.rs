@@ -3,7 +3,7 @@
 use crate::common::hulls::cuboid;
 use glam::{DQuat, DVec3, Quat, Vec3};
 use rest3d_gpu::cpu::search::{CpuSearch, GoesOn, Record, Rollout};
-use rest3d_gpu::optimize::{Checkpoint, Config, Event, Observer, OptimizeError, Outcome, run};
+use rest3d_gpu::optimize::{Checkpoint, Config, Event, ObjectOutcome, Observer, OptimizeError, Outcome, run};
 use rest3d_gpu::scene::{self, Parent, Root, Scene};
 use rest3d_gpu::shape::{Alternative, MassProperties, Mesh, Part, Shape};
 use rest3d_gpu::world::{
@@ -177,6 +177,12 @@ impl Boxes {
         let pose = scene::Pose { rotation, translation: middle - rotation * center.as_dvec3() };
         self.objects.push(Stored { name, parent, pose, movable: true });
         self.objects.len() - 1
+    }
+
+    /// Height of the lowest face of a box that stands upright in a result, m.
+    pub fn foot(&self, object: usize, result: &ObjectOutcome) -> f64 {
+        let corners = self.shapes[object].parts[0].vertices.iter();
+        corners.map(|v| result.pose.point(v.as_dvec3()).y).fold(f64::INFINITY, f64::min)
     }
 
     /// Turns a box about the z axis (rad) and puts its middle elsewhere.

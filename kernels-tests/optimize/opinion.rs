@@ -155,7 +155,7 @@ fn what_is_jammed_is_freed() {
         outcome.objects[crate_].clone()
     };
     let object = with(false);
-    assert!(object.stable && object.overlap > 2e-3, "{object:?}");
+    assert!(object.drift < 0.01 && object.overlap > 2e-3 && !object.stable, "engines throw it out: {object:?}");
     let object = with(true);
     assert!(object.stable && object.overlap < 1e-3 && object.moved < 0.05 && !object.lost_support, "{object:?}");
 }

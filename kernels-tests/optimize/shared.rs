@@ -3,7 +3,7 @@
 use crate::fixture::*;
 use glam::{DVec3, Vec3};
 use rest3d_gpu::cpu::CpuBackend;
-use rest3d_gpu::optimize::ObjectOutcome;
+use rest3d_gpu::optimize::{Config, ObjectOutcome};
 use rest3d_gpu::scene::Parent;
 
 /// What becomes of the last two objects, without and with a search.
@@ -76,5 +76,71 @@ fn what_rights_itself_keeps_its_place_and_so_does_what_is_on_it() {
     for (object, turned) in [(wardrobe, lean), (suitcase, 0.0), (searched, lean), (on_it, 0.0)] {
         assert!(object.stable && (object.turned - turned).abs() < 0.01, "{object:?}");
         assert!(object.moved < 0.02, "{object:?}");
+    }
+}
+
+#[test]
+fn a_leaning_board_finds_both_its_stools() {
+    let mut boxes = Boxes::default();
+    let stool = boxes.add("stool", GROUND, Vec3::new(0.3, 0.5, 0.3), DVec3::new(-0.6, 0.0, 0.0));
+    boxes.add("other", GROUND, Vec3::new(0.3, 0.5, 0.3), DVec3::new(0.6, 0.0, 0.0));
+    let board = boxes.add("board", Parent::Object(stool), Vec3::new(1.6, 0.03, 0.3), DVec3::new(0.0, 0.5, 0.0));
+    boxes.add("vase", Parent::Object(board), Vec3::new(0.1, 0.2, 0.1), DVec3::new(0.2, 0.53, 0.0));
+    // On the one stool, it would be 9 cm above the other.
+    let lean = 4.5_f64.to_radians();
+    boxes.turn(board, lean, DVec3::new(0.0, 0.515, 0.0));
+    let [board, vase, searched, on_it] = last_two(&boxes);
+    for (object, turned) in [(board, lean), (vase, 0.0), (searched, lean), (on_it, 0.0)] {
+        assert!(object.stable && !object.lost_support, "{object:?}");
+        assert!(object.moved < 0.03 && (object.turned - turned).abs() < 0.03, "{object:?}");
+    }
+}
+
+#[test]
+fn what_leans_beyond_an_edge_is_set_upright_on_the_table() {
+    // Its middle above the table, and beyond the edge: then it has to be moved, too.
+    for (x, way) in [(0.13, 0.03), (0.23, 0.11)] {
+        let mut boxes = Boxes::default();
+        let table = boxes.add("table", GROUND, Vec3::new(0.4, 0.7, 0.4), DVec3::ZERO);
+        let lamp = boxes.add("lamp", Parent::Object(table), Vec3::new(0.1, 0.6, 0.1), DVec3::new(x, 0.7, 0.0));
+        let lean = 11_f64.to_radians();
+        boxes.turn(lamp, -lean, DVec3::new(x, 1.01, 0.0));
+        let [_, seated, _, searched] = last_two(&boxes);
+        for lamp in [seated, searched] {
+            assert!(lamp.stable && !lamp.lost_support, "{lamp:?}");
+            assert!(lamp.moved < way && (lamp.turned - lean).abs() < 0.03, "{lamp:?}");
+        }
+    }
+}
+
+#[test]
+fn a_pile_stays_one_though_all_of_it_names_the_table() {
+    let mut boxes = Boxes::default();
+    let table = Parent::Object(boxes.add("table", GROUND, Vec3::new(1.0, 0.7, 0.6), DVec3::ZERO));
+    // From the top down, 4 mm apart; the mouse is sunk into its pad and 1 mm into the table.
+    boxes.add("third", table, Vec3::new(0.2, 0.03, 0.15), DVec3::new(-0.2, 0.768, 0.0));
+    boxes.add("second", table, Vec3::new(0.25, 0.03, 0.2), DVec3::new(-0.21, 0.734, 0.0));
+    boxes.add("first", table, Vec3::new(0.25, 0.03, 0.2), DVec3::new(-0.19, 0.7, 0.0));
+    boxes.add("mouse", table, Vec3::new(0.06, 0.04, 0.1), DVec3::new(0.3, 0.699, 0.0));
+    boxes.add("pad", table, Vec3::new(0.22, 0.006, 0.18), DVec3::new(0.3, 0.7, 0.0));
+    let objects = simple(&boxes, &CpuBackend, &Config { seat: true, ..frozen() }).objects;
+    for (i, height) in [0.76, 0.73, 0.7, 0.706, 0.7].into_iter().enumerate() {
+        let object = &objects[i + 1];
+        assert!(object.stable && !object.lost_support && object.moved < 0.02, "{object:?}");
+        assert!((boxes.foot(i + 1, object) - height).abs() < 2e-3, "{height} m: {object:?}");
+    }
+}
+
+#[test]
+fn what_stands_side_by_side_is_no_pile() {
+    let mut boxes = Boxes::default();
+    let table = Parent::Object(boxes.add("table", GROUND, Vec3::new(1.0, 0.7, 0.6), DVec3::ZERO));
+    // Two cups that are in each other by more than half, and a book whose corner is in another one.
+    boxes.add("cup", table, Vec3::splat(0.08), DVec3::new(-0.2, 0.7, 0.0));
+    boxes.add("book", table, Vec3::new(0.2, 0.02, 0.15), DVec3::new(0.2, 0.7, 0.0));
+    boxes.add("another cup", table, Vec3::splat(0.08), DVec3::new(-0.17, 0.7, 0.0));
+    boxes.add("another book", table, Vec3::new(0.2, 0.02, 0.15), DVec3::new(0.35, 0.7, 0.1));
+    for (i, object) in last_two(&boxes).iter().enumerate() {
+        assert!(object.stable && (boxes.foot(3 + i % 2, object) - 0.7).abs() < 2e-3, "{object:?}");
     }
 }
