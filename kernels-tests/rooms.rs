@@ -6,7 +6,9 @@ mod common;
 
 use common::scenes::Keep;
 use rest3d_gpu::cpu::{CpuBackend, CpuSearch, Simulator};
-use rest3d_gpu::optimize::{Candidate, Checkpoint, Config, OptimizeError, Outcome, Rig, replay, run, shape_requests};
+use rest3d_gpu::optimize::{
+    Candidate, Checkpoint, Config, OptimizeError, Outcome, ResultFrom, Rig, replay, run, shape_requests,
+};
 use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::{Shape, ShapeSettings, build_shapes};
 use rest3d_gpu::world::{
@@ -25,6 +27,7 @@ fn bench12() -> (Scene, Vec<Shape>) {
 
 fn config(candidates: u32) -> Config {
     let mut config = Config { seat: true, ..Default::default() };
+    (config.settle.max_seconds, config.settle.from) = (5.0, ResultFrom::Settled);
     for cem in [&mut config.local, &mut config.global] {
         cem.candidates = candidates;
         cem.iterations = 2;

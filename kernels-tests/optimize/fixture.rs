@@ -3,7 +3,9 @@
 use crate::common::hulls::cuboid;
 use glam::{DQuat, DVec3, Quat, Vec3};
 use rest3d_gpu::cpu::search::{CpuSearch, GoesOn, Record, Rollout};
-use rest3d_gpu::optimize::{Checkpoint, Config, Event, ObjectOutcome, Observer, OptimizeError, Outcome, run};
+use rest3d_gpu::optimize::{
+    Checkpoint, Config, Event, ObjectOutcome, Observer, OptimizeError, Outcome, ResultFrom, run,
+};
 use rest3d_gpu::scene::{self, Parent, Root, Scene};
 use rest3d_gpu::shape::{Alternative, MassProperties, Mesh, Part, Shape};
 use rest3d_gpu::world::{
@@ -242,6 +244,7 @@ pub fn room() -> Boxes {
 
 pub fn config() -> Config {
     let mut config = Config::default();
+    (config.settle.max_seconds, config.settle.from) = (5.0, ResultFrom::Settled);
     for cem in [&mut config.local, &mut config.global] {
         cem.candidates = 16;
         cem.iterations = 3;

@@ -4,7 +4,7 @@ use crate::common::meshes::{Placed, corners, meet};
 use crate::common::scenes::Keep;
 use glam::{DQuat, DVec3};
 use rest3d_gpu::cpu::CpuBackend;
-use rest3d_gpu::optimize::{Config, Outcome, run, shape_requests};
+use rest3d_gpu::optimize::{Config, Outcome, ResultFrom, run, shape_requests};
 use rest3d_gpu::scene::{Parent, Pose, Root, Scene};
 use rest3d_gpu::shape::{Shape, ShapeSettings, build_shapes};
 use serde_json::{Value, json};
@@ -159,6 +159,7 @@ impl Done<'_> {
 
 pub fn config() -> Config {
     let mut config = Config { seat: true, room: true, exact: true, ..Default::default() };
+    (config.settle.max_seconds, config.settle.from) = (5.0, ResultFrom::Settled);
     for cem in [&mut config.local, &mut config.global] {
         (cem.candidates, cem.iterations, cem.episodes, cem.elite_fraction, cem.sample_mean) = (8, 2, 1, 0.3, true);
     }

@@ -87,7 +87,7 @@ pub enum ResultFrom {
 
 impl Default for SettleSettings {
     fn default() -> Self {
-        Self { max_seconds: 5.0, rest_speed: 1e-3, max_push_out: 0.3, damping: 3.0, from: ResultFrom::Settled }
+        Self { max_seconds: 0.0, rest_speed: 1e-3, max_push_out: 0.3, damping: 3.0, from: ResultFrom::Placed }
     }
 }
 
