@@ -97,18 +97,19 @@ fn a_leaning_board_finds_both_its_stools() {
 }
 
 #[test]
-fn what_leans_beyond_an_edge_is_set_upright_on_the_table() {
-    // Its middle above the table, and beyond the edge: then it has to be moved, too.
-    for (x, way) in [(0.13, 0.03), (0.23, 0.11)] {
+fn what_leans_at_an_edge_is_set_upright_on_the_table() {
+    // A picture that would fall off from where it is, and onto the table 17 cm farther in; a lamp that has to be moved, too.
+    let (picture, lamp) = (Vec3::new(0.03, 0.5, 0.6), Vec3::new(0.1, 0.6, 0.1));
+    for (size, x, way) in [(picture, 0.3, 0.02), (lamp, 0.43, 0.11)] {
         let mut boxes = Boxes::default();
-        let table = boxes.add("table", GROUND, Vec3::new(0.4, 0.7, 0.4), DVec3::ZERO);
-        let lamp = boxes.add("lamp", Parent::Object(table), Vec3::new(0.1, 0.6, 0.1), DVec3::new(x, 0.7, 0.0));
+        let table = boxes.add("table", GROUND, Vec3::new(0.8, 0.7, 0.8), DVec3::ZERO);
+        let thing = boxes.add("thing", Parent::Object(table), size, DVec3::new(x, 0.7, 0.0));
         let lean = 11_f64.to_radians();
-        boxes.turn(lamp, -lean, DVec3::new(x, 1.01, 0.0));
+        boxes.turn(thing, -lean, DVec3::new(x, 0.71 + 0.5 * f64::from(size.y), 0.0));
         let [_, seated, _, searched] = last_two(&boxes);
-        for lamp in [seated, searched] {
-            assert!(lamp.stable && !lamp.lost_support, "{lamp:?}");
-            assert!(lamp.moved < way && (lamp.turned - lean).abs() < 0.03, "{lamp:?}");
+        for thing in [seated, searched] {
+            assert!(thing.stable && !thing.lost_support, "{thing:?}");
+            assert!(thing.moved < way && (thing.turned - lean).abs() < 0.03, "{thing:?}");
         }
     }
 }
@@ -117,16 +118,16 @@ fn what_leans_beyond_an_edge_is_set_upright_on_the_table() {
 fn a_pile_stays_one_though_all_of_it_names_the_table() {
     let mut boxes = Boxes::default();
     let table = Parent::Object(boxes.add("table", GROUND, Vec3::new(1.0, 0.7, 0.6), DVec3::ZERO));
-    // From the top down, 4 mm apart; the mouse is sunk into its pad and 1 mm into the table.
+    // From the top down, 4 mm apart; the card is sunk into the board that it lies on, down to the table.
     boxes.add("third", table, Vec3::new(0.2, 0.03, 0.15), DVec3::new(-0.2, 0.768, 0.0));
     boxes.add("second", table, Vec3::new(0.25, 0.03, 0.2), DVec3::new(-0.21, 0.734, 0.0));
     boxes.add("first", table, Vec3::new(0.25, 0.03, 0.2), DVec3::new(-0.19, 0.7, 0.0));
-    boxes.add("mouse", table, Vec3::new(0.06, 0.04, 0.1), DVec3::new(0.3, 0.699, 0.0));
-    boxes.add("pad", table, Vec3::new(0.22, 0.006, 0.18), DVec3::new(0.3, 0.7, 0.0));
+    boxes.add("card", table, Vec3::new(0.09, 0.003, 0.06), DVec3::new(0.3, 0.7, 0.0));
+    boxes.add("board", table, Vec3::new(0.22, 0.02, 0.18), DVec3::new(0.3, 0.6995, 0.0));
     let objects = simple(&boxes, &CpuBackend, &Config { seat: true, ..frozen() }).objects;
-    for (i, height) in [0.76, 0.73, 0.7, 0.706, 0.7].into_iter().enumerate() {
+    for (i, height) in [0.76, 0.73, 0.7, 0.72, 0.7].into_iter().enumerate() {
         let object = &objects[i + 1];
-        assert!(object.stable && !object.lost_support && object.moved < 0.02, "{object:?}");
+        assert!(object.stable && !object.lost_support && object.moved < 0.025, "{object:?}");
         assert!((boxes.foot(i + 1, object) - height).abs() < 2e-3, "{height} m: {object:?}");
     }
 }
@@ -135,12 +136,13 @@ fn a_pile_stays_one_though_all_of_it_names_the_table() {
 fn what_stands_side_by_side_is_no_pile() {
     let mut boxes = Boxes::default();
     let table = Parent::Object(boxes.add("table", GROUND, Vec3::new(1.0, 0.7, 0.6), DVec3::ZERO));
-    // Two cups that are in each other by more than half, and a book whose corner is in another one.
+    // Two cups that are in each other by more than half, and a book that is in another one by less.
     boxes.add("cup", table, Vec3::splat(0.08), DVec3::new(-0.2, 0.7, 0.0));
-    boxes.add("book", table, Vec3::new(0.2, 0.02, 0.15), DVec3::new(0.2, 0.7, 0.0));
+    boxes.add("book", table, Vec3::new(0.2, 0.012, 0.15), DVec3::new(0.2, 0.7, 0.0));
     boxes.add("another cup", table, Vec3::splat(0.08), DVec3::new(-0.17, 0.7, 0.0));
-    boxes.add("another book", table, Vec3::new(0.2, 0.02, 0.15), DVec3::new(0.35, 0.7, 0.1));
+    boxes.add("another book", table, Vec3::new(0.2, 0.012, 0.15), DVec3::new(0.313, 0.7, 0.0));
     for (i, object) in last_two(&boxes).iter().enumerate() {
-        assert!(object.stable && (boxes.foot(3 + i % 2, object) - 0.7).abs() < 2e-3, "{object:?}");
+        let lies_level = object.stable && object.turned < 0.05;
+        assert!(lies_level && (boxes.foot(3 + i % 2, object) - 0.7).abs() < 2e-3, "{object:?}");
     }
 }

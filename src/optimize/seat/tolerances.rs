@@ -47,7 +47,7 @@ pub(super) const STEP: f32 = 0.05;
 /// So much narrower than the object is what must be over another one of the same parent for a pile: its middle.
 pub(super) const NARROW: f32 = 0.1;
 
-/// What is over another one of the same parent lies on that if it is no higher than this, m: a mouse on its pad. What is
+/// What is over another one of the same parent lies on that if it is no higher than this, m: a card on a tray. What is
 /// higher bears it only if the object is nearer to its top than to the parent.
 pub(super) const THIN: f32 = 0.03;
 
