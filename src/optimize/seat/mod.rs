@@ -146,11 +146,13 @@ impl Seat<'_> {
         Ok(leaning)
     }
 
-    /// All objects, what stands on roots first, then what that bears, and so on; of what one bears the lowest first.
+    /// All objects, what stands on roots first, then what that bears, and so on; of what one bears the lowest first, and
+    /// what leans last: on the others.
     fn by_level(&self, layout: &[scene::Pose]) -> Vec<usize> {
         let lowest = |&i: &usize| self.rigs[i].lowest(&self.rigs[i].body(&layout[i]));
         let upwards = |mut objects: Vec<usize>| {
-            objects.sort_by(|a, b| lowest(a).total_cmp(&lowest(b)));
+            let leans = |&i: &usize| lean(&layout[i]) > LEANING;
+            objects.sort_by(|a, b| leans(a).cmp(&leans(b)).then(lowest(a).total_cmp(&lowest(b))));
             objects
         };
         let on_root = |&i: &usize| matches!(self.scene.objects[i].parent, Parent::Root(_));

@@ -2,7 +2,7 @@
 //! the scene has on the same table. A scene names one bearer; the others are found here, and bear wherever the object is
 //! simulated apart from the rest of the scene.
 
-use super::tolerances::{BESIDE, NARROW, STEADY, STEP, THIN};
+use super::tolerances::{BESIDE, MAX_TURN, NARROW, SLENDER, STEADY, STEP, THIN};
 use super::{Rest, Seat, Solid, support_shift};
 use crate::optimize::{posture::lean, room::LEANING, support::Placed};
 use crate::scene::{self, Object, Parent, Relation};
@@ -54,7 +54,8 @@ impl Seat<'_> {
         let raise = below.iter().map(|(_, step)| *step).fold(0.0, f32::max);
         let below: Vec<usize> = below.into_iter().map(|(other, _)| other).collect();
         let leans = on_ground && lean(&layout[object]) > LEANING;
-        let (bearers, most) = if below.is_empty() && leans { (near, STEADY) } else { (below, f32::INFINITY) };
+        let steady = if self.is_slender(object) { MAX_TURN } else { STEADY };
+        let (bearers, most) = if below.is_empty() && leans { (near, steady) } else { (below, f32::INFINITY) };
         if bearers.is_empty() {
             return Ok(None);
         }
@@ -119,6 +120,13 @@ impl Seat<'_> {
         let mut raised = layout[object];
         raised.translation.y += f64::from(raise);
         Ok(self.rests(object, &held, layout, &[raised])?.remove(0).filter(Rest::stays))
+    }
+
+    /// True for what hardly stands by itself along its longest side.
+    fn is_slender(&self, object: usize) -> bool {
+        let [low, high] = self.forms[object].bounds(&scene::Pose::IDENTITY);
+        let size = high - low;
+        size.min_element() < SLENDER * size.max_element()
     }
 
     /// True if the boxes of two objects are near each other.

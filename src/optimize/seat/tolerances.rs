@@ -52,10 +52,14 @@ pub(super) const NARROW: f32 = 0.1;
 pub(super) const THIN: f32 = 0.03;
 
 /// An object leans on what is within this of its box, m …
-pub(super) const BESIDE: f64 = 0.05;
+pub(super) const BESIDE: f64 = 0.1;
 
-/// … if it turns by less than this until it rests there, rad: what leans by chance is to be set upright.
+/// … if it turns by less than this until it rests there, rad: what leans by chance is to be set upright …
 pub(super) const STEADY: f32 = 0.05;
+
+/// … or if it is thinner than this share of its length: a broom, a picture. It hardly stands upright, so it is meant to lean,
+/// however far it is from what it leans on.
+pub(super) const SLENDER: f64 = 0.12;
 
 /// What has righted itself and come to rest farther aside than this is put back, m.
 pub(super) const ASIDE: f32 = 2e-3;
