@@ -106,12 +106,12 @@ fn a_leaning_board_finds_both_its_stools() {
 fn what_leans_at_an_edge_is_set_upright_on_the_table() {
     // A picture that would fall off from where it is, and onto the table 17 cm farther in; a lamp that has to be moved, too.
     let (picture, lamp) = (Vec3::new(0.03, 0.5, 0.6), Vec3::new(0.1, 0.6, 0.1));
-    for (size, x, way) in [(picture, 0.3, 0.02), (lamp, 0.43, 0.11)] {
+    for (size, x, way, outwards) in [(picture, 0.3, 0.02, 1.0), (lamp, 0.43, 0.11, 1.0), (lamp, 0.43, 0.11, -1.0)] {
         let mut boxes = Boxes::default();
         let table = boxes.add("table", GROUND, Vec3::new(0.8, 0.7, 0.8), DVec3::ZERO);
         let thing = boxes.add("thing", Parent::Object(table), size, DVec3::new(x, 0.7, 0.0));
         let lean = 11_f64.to_radians();
-        boxes.turn(thing, -lean, DVec3::new(x, 0.71 + 0.5 * f64::from(size.y), 0.0));
+        boxes.turn(thing, -lean * outwards, DVec3::new(x, 0.71 + 0.5 * f64::from(size.y), 0.0));
         let [_, seated, _, searched] = last_two(&boxes);
         for thing in [seated, searched] {
             assert!(thing.stable && !thing.lost_support, "{thing:?}");

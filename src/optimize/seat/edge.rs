@@ -20,16 +20,21 @@ impl Seat<'_> {
     }
 
     /// Moves an object, with everything on it, sideways to the nearest place where it stays on its parent. False, and
-    /// left as it was, if there is none.
-    pub(super) fn move_inwards(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
+    /// left as it was, if there is none. `still`: it shall hardly move there, not lie where it has fallen.
+    pub(super) fn move_inwards(
+        &self,
+        object: usize,
+        still: bool,
+        layout: &mut [scene::Pose],
+    ) -> Result<bool, BackendError> {
         for distance in DISTANCES {
             let near: Vec<DVec3> = directions().map(|along| along * distance).collect();
             let inside: Vec<DVec3> = directions().map(|along| along * (distance + MARGIN)).collect();
-            let first = self.staying(object, false, layout, &near)?;
+            let first = self.staying(object, still, layout, &near)?;
             if first.iter().all(Option::is_none) {
                 continue;
             }
-            let second = self.staying(object, false, layout, &inside)?;
+            let second = self.staying(object, still, layout, &inside)?;
             let both = first.into_iter().zip(second).filter_map(|(near, inside)| near.and(inside));
             let Some((place, _)) = both.min_by(|a, b| a.1.total_cmp(&b.1)) else {
                 continue;
@@ -40,14 +45,14 @@ impl Seat<'_> {
         Ok(false)
     }
 
-    /// The same for what leans and is set upright for it.
+    /// The same for what leans and stands there upright.
     pub(super) fn move_upright_inwards(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
         let Some(upright) = self.upright(object, layout) else {
             return Ok(false);
         };
         let leaning = layout.to_vec();
         self.carry(object, upright, layout);
-        let moved = self.move_inwards(object, layout)?;
+        let moved = self.move_inwards(object, true, layout)?;
         if !moved {
             layout.copy_from_slice(&leaning);
         }

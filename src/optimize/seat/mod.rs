@@ -114,8 +114,8 @@ impl Seat<'_> {
             // What falls because it leans would be moved to where it lies, and may fall off wherever it is put.
             if !self.is_borne(object, left_alone.as_ref(), layout)
                 && (self.set_upright(object, fall(left_alone.as_ref()), layout)?
-                    || self.move_inwards(object, layout)?
-                    || self.move_upright_inwards(object, layout)?)
+                    || self.move_upright_inwards(object, layout)?
+                    || self.move_inwards(object, false, layout)?)
             {
                 left_alone = self.rest(object, layout)?;
             }
