@@ -2,6 +2,7 @@
 
 use super::{
     Opinions,
+    runs::LAPS,
     trial::{Release, Trial},
 };
 use crate::optimize::{
@@ -11,17 +12,22 @@ use crate::optimize::{
 use crate::scene::{Parent, Scene};
 
 impl Opinions<'_> {
-    /// The same runs in which only those objects move that what fails in `trial` concerns. What came of the others in
-    /// its runs is taken to come of them again.
+    /// The same runs in which only those objects move that what fails in `trial` concerns, V-HACD's for a first look. What
+    /// came of the others in its runs is taken to come of them again.
     pub(super) fn focused(&self, trial: &Trial) -> Self {
         let placed = self.run.rigs.iter().zip(&trial.layout).map(|(rig, pose)| Placed::new(rig, &rig.body(pose)));
         let placed: Vec<Placed> = placed.collect();
         let moves = concerned(self.run.scene, &trial.failing, |a, b| placed[a].touches(&placed[b]));
         let group = self.group.with_moving(&moves);
         let known = trial.released.iter().zip(&moves);
+        let models = self.models.iter().map(|model| model.of(&group)).enumerate();
+        let models = models.map(|(run, model)| match run < LAPS[0] {
+            true => model,
+            false => model.hastened(&self.run.config.simulation),
+        });
         Self {
             run: self.run,
-            models: self.models.iter().map(|model| model.of(&group)).collect(),
+            models: models.collect(),
             settling: self.settling.of(&group),
             known: known.map(|(known, moves)| if *moves { Release::default() } else { *known }).collect(),
             group,

@@ -1,7 +1,7 @@
 //! The runs in which a layout is let go: with the parts that the result names and with others, level and on slopes.
 
 use super::Layout;
-use super::tolerances::{MOVES, MOVES_OTHERWISE, MOVES_OTHERWISE_ON_SLOPE, ON_SLOPE_SECONDS, SLIPPERY, SLOPE};
+use super::tolerances::{HASTE, MOVES, MOVES_OTHERWISE, MOVES_OTHERWISE_ON_SLOPE, ON_SLOPE_SECONDS, SLIPPERY, SLOPE};
 use crate::optimize::{config::VerifySettings, groups::Group, rig::Rig, run::Run};
 use crate::world::{BodyDef, SimSettings, World};
 use glam::Vec2;
@@ -70,6 +70,16 @@ impl<'a> Model<'a> {
             simulation: self.simulation.clone(),
             check: self.check.clone(),
             price: self.price,
+        }
+    }
+
+    /// The same run for a first look: with the resolution of the search, and for a share of the time.
+    pub fn hastened(self, search: &SimSettings) -> Self {
+        let SimSettings { substeps, position_iterations, .. } = *search;
+        Self {
+            simulation: SimSettings { substeps, position_iterations, ..self.simulation },
+            check: VerifySettings { seconds: HASTE * self.check.seconds, ..self.check },
+            ..self
         }
     }
 

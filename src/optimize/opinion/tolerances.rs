@@ -35,6 +35,10 @@ pub(super) const SLIPPERY: f32 = 0.7;
 /// How long things are let go on slopes, at most, s: what rolls does so at once, and time is what these runs cost.
 pub(super) const ON_SLOPE_SECONDS: f32 = 2.0;
 
+/// Share of that time that V-HACD's runs take in a round: with so many copies they take longest of all, and what a round
+/// finds is looked at once more for the whole time.
+pub(super) const HASTE: f32 = 0.5;
+
 /// What moves by more than this share of what the check allows counts as moving: other engines differ by as much.
 pub(super) const CALM: f64 = 0.5;
 
