@@ -1,7 +1,7 @@
 //! What falls off its support is moved inwards, as little as need be: reconstructions put cups and fruit beyond the
 //! edge of the table that they stand on.
 
-use super::tolerances::{DISTANCES, MARGIN, STEPS, WIDE_SHARE, WIDEST};
+use super::tolerances::{DISTANCES, MARGIN, MAX_SINK, STEPS, WIDE_SHARE, WIDEST};
 use super::{Rest, Seat};
 use crate::optimize::{directions::directions, support::Placed};
 use crate::scene::{self, Parent};
@@ -19,14 +19,38 @@ impl Seat<'_> {
         rest.is_some_and(|rest| placed(parent, &layout[parent]).bears(&placed(object, &rest.pose), relation))
     }
 
-    /// Moves an object, with everything on it, sideways to the nearest place where it stays on its parent. False, and
-    /// left as it was, if there is none. `still`: it shall hardly move there, not lie where it has fallen.
-    pub(super) fn move_inwards(
+    /// Brings an object that is not borne where it is to where it is, with everything on it: upright, moved inwards
+    /// upright, or moved inwards. What falls because it leans would else be moved to where it lies, and may fall off
+    /// wherever it is put. Gives how it rests there; none, and left as it was, if it is borne nowhere. `fall`: how far it
+    /// turns otherwise, rad.
+    pub(super) fn move_onto_bearer(
         &self,
         object: usize,
-        still: bool,
+        fall: f32,
         layout: &mut [scene::Pose],
-    ) -> Result<bool, BackendError> {
+    ) -> Result<Option<Rest>, BackendError> {
+        let was = layout.to_vec();
+        let ways: [&dyn Fn(&mut [scene::Pose]) -> Result<bool, BackendError>; 3] = [
+            &|layout| self.set_upright(object, fall, layout),
+            &|layout| self.move_upright_inwards(object, layout),
+            &|layout| self.move_inwards(object, false, layout),
+        ];
+        for way in ways {
+            if way(layout)? {
+                // What balances on an edge for a while does not do so again.
+                let rest = self.rest(object, layout)?;
+                if self.is_borne(object, rest.as_ref(), layout) {
+                    return Ok(rest);
+                }
+                layout.copy_from_slice(&was);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Moves an object, with everything on it, sideways to the nearest place where it stays on its parent. False, and
+    /// left as it was, if there is none. `still`: it shall hardly move there, not lie where it has fallen.
+    fn move_inwards(&self, object: usize, still: bool, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
         for distance in DISTANCES {
             let near: Vec<DVec3> = directions().map(|along| along * distance).collect();
             let inside: Vec<DVec3> = directions().map(|along| along * (distance + MARGIN)).collect();
@@ -46,7 +70,7 @@ impl Seat<'_> {
     }
 
     /// The same for what leans and stands there upright.
-    pub(super) fn move_upright_inwards(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
+    fn move_upright_inwards(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
         let Some(upright) = self.upright(object, layout) else {
             return Ok(false);
         };
@@ -118,7 +142,8 @@ impl Seat<'_> {
         let places: Vec<scene::Pose> = shifts.iter().map(set_down).collect();
         let rests = self.rests(object, &[], layout, &places)?;
         let stays = |(place, rest): (scene::Pose, Option<Rest>)| {
-            let rest = rest.filter(|rest| self.is_borne(object, Some(rest), layout) && (rest.stays() || !still))?;
+            let stands = |rest: &Rest| rest.stays() && rest.sinks < MAX_SINK;
+            let rest = rest.filter(|rest| self.is_borne(object, Some(rest), layout) && (stands(rest) || !still))?;
             Some((place, rest.shift))
         };
         Ok(places.into_iter().zip(rests).map(stays).collect())

@@ -56,6 +56,8 @@ pub(super) struct Rest {
     pub shift: f32,
     /// The same of what is below its centre at the height of its foot: what rights itself does not slide.
     pub slide: f32,
+    /// How far its centre comes down, m.
+    pub sinks: f32,
 }
 
 impl Rest {
@@ -111,13 +113,10 @@ impl Seat<'_> {
                 bearers[object] = others;
                 continue;
             }
-            // What falls because it leans would be moved to where it lies, and may fall off wherever it is put.
             if !self.is_borne(object, left_alone.as_ref(), layout)
-                && (self.set_upright(object, fall(left_alone.as_ref()), layout)?
-                    || self.move_upright_inwards(object, layout)?
-                    || self.move_inwards(object, false, layout)?)
+                && let Some(rest) = self.move_onto_bearer(object, fall(left_alone.as_ref()), layout)?
             {
-                left_alone = self.rest(object, layout)?;
+                left_alone = Some(rest);
             }
             if let Some(rest) = left_alone.as_ref().filter(|rest| self.is_borne(object, Some(rest), layout))
                 && self.move_from_edge(object, rest.stays(), layout)?
@@ -305,6 +304,7 @@ impl Seat<'_> {
             turn: angle_between(end[0].rotation, start[0].rotation),
             shift: (end[0].translation - start[0].translation).with_y(0.0).length(),
             slide: slide(&start[0], &end[0], rig.lowest(&start[0])),
+            sinks: start[0].translation.y - end[0].translation.y,
         };
         Ok(ends.zip(settled.usable).map(|(ends, usable)| usable.then(|| rest(ends))).collect())
     }

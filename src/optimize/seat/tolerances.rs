@@ -23,6 +23,10 @@ pub(super) const MAX_TURN: f32 = 0.2;
 /// An object that slides farther than this when left alone keeps its pose, m.
 pub(super) const MAX_SLIDE: f32 = 0.05;
 
+/// What comes down by more than this where it shall stand does not stand there, m: a bottle that hangs over an edge by its
+/// waist.
+pub(super) const MAX_SINK: f32 = 0.02;
+
 /// Distances at which a better place is looked for, one after the other, m. What is farther off its support than the
 /// last is not at an edge: it has a wrong parent.
 pub(super) const DISTANCES: [f64; 8] = [0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2];
