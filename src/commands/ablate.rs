@@ -12,6 +12,7 @@ use rest3d_gpu::scene::Scene;
 use rest3d_gpu::world::{Backend, Flow};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -216,7 +217,7 @@ impl Bench<'_> {
 
 struct Watch<'a> {
     bar: ProgressBar,
-    stop: &'a AtomicBool,
+    stop: &'a Arc<AtomicBool>,
 }
 
 impl Watch<'_> {
@@ -234,10 +235,14 @@ impl Watch<'_> {
 }
 
 /// Passes Ctrl-C on to a search.
-struct Stop<'a>(&'a AtomicBool);
+struct Stop<'a>(&'a Arc<AtomicBool>);
 
 impl Observer for Stop<'_> {
     fn event(&mut self, _: Event<'_>) -> Flow {
         if self.0.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
+    }
+
+    fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(self.0)
     }
 }

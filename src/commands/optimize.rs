@@ -13,6 +13,7 @@ use rest3d_gpu::world::Flow;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -193,7 +194,7 @@ fn remove_checkpoint(path: &Path) {
 /// Shows progress, writes checkpoints, and passes Ctrl-C on.
 struct Watch<'a> {
     progress: SearchProgress,
-    stop: &'a AtomicBool,
+    stop: &'a Arc<AtomicBool>,
     checkpoint: &'a Path,
 }
 
@@ -209,5 +210,9 @@ impl Observer for Watch<'_> {
             ));
         }
         if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
+    }
+
+    fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(self.stop)
     }
 }

@@ -11,6 +11,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is read of report.json.
@@ -119,12 +120,16 @@ fn same(iterations: &[Iteration], candidate: Candidate, stats: &IterationStats) 
 /// Shows progress and passes Ctrl-C on.
 struct Watch<'a> {
     progress: SearchProgress,
-    stop: &'a AtomicBool,
+    stop: &'a Arc<AtomicBool>,
 }
 
 impl Observer for Watch<'_> {
     fn event(&mut self, event: Event<'_>) -> Flow {
         self.progress.show(&event);
         if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
+    }
+
+    fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(self.stop)
     }
 }

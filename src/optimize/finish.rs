@@ -10,7 +10,7 @@ use super::{
     rig::Rig,
     room::Placer,
     run::Run,
-    settle::settle,
+    settle::{GO_ON, settle},
     support,
     verify::{Motion, Verified, verify},
 };
@@ -41,7 +41,7 @@ impl Run<'_> {
             observer.event(Event::Settling);
             let starts = global.starts(&self.rigs, &self.walls, &layout);
             (settled_after, at_rest) = self.settle(global, &world, &starts, &mut layout, &mut state.notes)?;
-            let opinions = Opinions::new(self, global, &layout);
+            let opinions = Opinions::new(self, global, &layout, observer.stop());
             if finished && self.config.second_opinion {
                 finished = opinions.improve(&mut layout, &mut state, observer)? == Flow::Continue;
             }
@@ -119,7 +119,7 @@ impl Run<'_> {
     fn written(&self, global: &Group, layout: &[scene::Pose]) -> Result<(Written, Option<Verified>), BackendError> {
         let check = |written: &Written| {
             let (world, starts) = self.let_go(global, &written.rigs, layout);
-            verify(self.backend, &world, &self.config.fine(), &self.config.verify, &starts)
+            verify(self.backend, &world, &self.config.fine(), &self.config.verify, &starts, &GO_ON)
         };
         let searched = Written::new(self.shapes, layout, &vec![true; layout.len()]);
         let known = check(&searched)?;
@@ -157,7 +157,7 @@ impl Run<'_> {
         if settings.max_seconds == 0.0 {
             return Ok((0.0, false));
         }
-        let settled = settle(self.backend, world, &self.config.fine(), settings, starts)?;
+        let settled = settle(self.backend, world, &self.config.fine(), settings, starts, &GO_ON)?;
         if !settled.usable[0] {
             notes.push("settling could not be simulated: the search's layout is kept as it is".into());
             return Ok((0.0, false));

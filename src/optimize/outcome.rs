@@ -5,6 +5,7 @@ use crate::scene::Pose;
 use crate::shape::Part;
 use crate::world::{Energy, Flow, IterationStats, KernelTime, Status};
 use serde::{Deserialize, Serialize};
+use std::sync::{Arc, atomic::AtomicBool};
 
 /// Told to the observer during a run.
 #[derive(Clone, Debug)]
@@ -69,6 +70,11 @@ impl Event<'_> {
 pub trait Observer {
     /// Called for every event.
     fn event(&mut self, event: Event<'_>) -> Flow;
+
+    /// Becomes true when the run is to end: long work between two events looks at it. Never by default.
+    fn stop(&self) -> Arc<AtomicBool> {
+        Arc::default()
+    }
 }
 
 /// One line of `energy.csv`.

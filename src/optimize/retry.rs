@@ -5,6 +5,7 @@ use super::{Checkpoint, Config, Event, Observer, OptimizeError, Outcome, run};
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::world::{Backend, BackendError, Flow};
+use std::sync::{Arc, atomic::AtomicBool};
 
 /// As [`run`], with another backend whenever the device of one fails or holds too little: `next` is told the failure
 /// and opens it, or has none left. The result is what resuming from the last checkpoint with the backend that ended the
@@ -60,5 +61,9 @@ impl Observer for Keeper<'_> {
             self.last = Some(checkpoint.clone());
         }
         self.observer.event(event)
+    }
+
+    fn stop(&self) -> Arc<AtomicBool> {
+        self.observer.stop()
     }
 }

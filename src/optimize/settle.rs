@@ -9,6 +9,7 @@ use crate::world::{
     Backend, BackendError, CemSettings, Flow, Pose, SearchSettings, SimSettings, Status, Velocity, World,
 };
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Where the bodies of one or several candidates came to rest.
 #[derive(Clone, Debug)]
@@ -23,13 +24,15 @@ pub(super) struct Settled {
     pub at_rest: bool,
 }
 
-/// Simulates from `starts`, candidate-major, each candidate until it is at rest: it does not depend on the others.
+/// Simulates from `starts`, candidate-major, each candidate until it is at rest: it does not depend on the others. Once
+/// `stop` is true it ends, and the result means nothing.
 pub(super) fn settle(
     backend: &dyn Backend,
     world: &World,
     simulation: &SimSettings,
     settings: &SettleSettings,
     starts: &[Pose],
+    stop: &AtomicBool,
 ) -> Result<Settled, BackendError> {
     let damped = SimSettings {
         steps: steps(settings.max_seconds, simulation.dt),
@@ -46,7 +49,10 @@ pub(super) fn settle(
         let mut rest = Rest::new(starts.len() / bodies, damped.dt, settings.rest_speed);
         let statuses = backend.simulate_each(world, &damped, starts, &mut |candidate, now, velocities| {
             poses[candidate * bodies..(candidate + 1) * bodies].copy_from_slice(now);
-            rest.watch(candidate, velocities)
+            match flow(stop) {
+                Flow::Continue => rest.watch(candidate, velocities),
+                Flow::Stop => Flow::Stop,
+            }
         })?;
         all.usable.extend(usable(&statuses, poses));
         all.seconds = all.seconds.max(f64::from(rest.steps()) * f64::from(damped.dt));
@@ -54,6 +60,14 @@ pub(super) fn settle(
         Ok(())
     })?;
     Ok(all)
+}
+
+/// What nothing stops.
+pub(super) static GO_ON: AtomicBool = AtomicBool::new(false);
+
+/// Whether to go on.
+pub(super) fn flow(stop: &AtomicBool) -> Flow {
+    if stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
 }
 
 /// Tells which candidates have come to rest: all bodies slow for half a second.

@@ -1,9 +1,10 @@
 //! The check of the result: one more simulation with the settings of a candidate, and what moved in it.
 
 use super::config::VerifySettings;
-use super::settle::{in_portions, steps, usable};
+use super::settle::{flow, in_portions, steps, usable};
 use super::tolerances::{FARTHER, TURNED};
-use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, World, angle_between};
+use crate::world::{Backend, BackendError, Pose, SimSettings, World, angle_between};
+use std::sync::atomic::AtomicBool;
 
 /// What one body did during the check.
 #[derive(Clone, Copy, Debug, Default)]
@@ -46,13 +47,14 @@ pub(super) struct Verified {
     pub poses: Vec<Pose>,
 }
 
-/// Simulates from `starts`, candidate-major.
+/// Simulates from `starts`, candidate-major. Once `stop` is true it ends, and the result means nothing.
 pub(super) fn verify(
     backend: &dyn Backend,
     world: &World,
     simulation: &SimSettings,
     settings: &VerifySettings,
     starts: &[Pose],
+    stop: &AtomicBool,
 ) -> Result<Verified, BackendError> {
     let simulation = SimSettings { steps: steps(settings.seconds, simulation.dt), ..simulation.clone() };
     let mut motions = vec![Motion::default(); starts.len()];
@@ -67,7 +69,7 @@ pub(super) fn verify(
                 motion.peak_speed = motion.peak_speed.max(velocity.linear.length().into());
                 motion.peak_spin = motion.peak_spin.max(velocity.angular.length().into());
             }
-            Flow::Continue
+            flow(stop)
         })?);
         Ok(())
     })?;

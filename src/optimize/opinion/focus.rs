@@ -10,6 +10,7 @@ use crate::optimize::{
     support::Placed,
 };
 use crate::scene::{Parent, Scene};
+use std::sync::Arc;
 
 impl Opinions<'_> {
     /// The same runs in which only those objects move that what fails in `trial` concerns, V-HACD's for a first look. What
@@ -27,6 +28,7 @@ impl Opinions<'_> {
         });
         Self {
             run: self.run,
+            stop: Arc::clone(&self.stop),
             models: models.collect(),
             settling: self.settling.of(&group),
             known: known.map(|(known, moves)| if *moves { Release::default() } else { *known }).collect(),

@@ -18,10 +18,12 @@ mod runs;
 mod tolerances;
 mod trial;
 
+use super::settle::{GO_ON, flow};
 use super::{Checkpoint, Event, Observer, checkpoint::Progress, groups::Group, projection, run::Run, verify::verify};
 use crate::scene;
 use crate::world::{BackendError, Flow};
 use runs::{LEVEL_OTHERWISE, Model};
+use std::sync::{Arc, atomic::AtomicBool};
 use tolerances::{FINALISTS, PATIENCE, ROUNDS, WORTH};
 use trial::{Release, Trial};
 
@@ -39,13 +41,15 @@ pub(super) struct Opinions<'a> {
     settling: Model<'a>,
     /// What came of the objects that are held, in runs in which they were not.
     known: Vec<Release>,
+    /// True when the run is to end.
+    stop: Arc<AtomicBool>,
 }
 
 impl<'a> Opinions<'a> {
     /// For the objects of `group`, on slopes as they lie in `layout`.
-    pub fn new(run: &'a Run<'a>, group: &'a Group, layout: &Layout) -> Self {
+    pub fn new(run: &'a Run<'a>, group: &'a Group, layout: &Layout, stop: Arc<AtomicBool>) -> Self {
         let (models, settling) = (Model::runs(run, group, layout), Model::settling(run, group, layout));
-        Self { run, group: group.clone(), models, settling, known: vec![Release::default(); layout.len()] }
+        Self { run, group: group.clone(), models, settling, known: vec![Release::default(); layout.len()], stop }
     }
 
     /// Searches what does not stand in all runs once more, from where `state` has it. The layout stays as it is unless
@@ -60,7 +64,11 @@ impl<'a> Opinions<'a> {
             Some((progress, layout)) => (progress, self.judge(vec![layout])?.swap_remove(0)),
             None => (Progress::default(), self.roomy(layout)?),
         };
-        let mut flow = Flow::Continue;
+        let mut flow = self.flow();
+        if flow == Flow::Stop {
+            state.opinion().into_iter().for_each(|(_, known)| *layout = known);
+            return Ok(flow);
+        }
         while progress.rounds < ROUNDS && progress.idle < PATIENCE && !best.failing.is_empty() {
             state.set_opinion(progress, &best.layout);
             let (failing, round) = (best.failing.len(), [progress.rounds + 1, ROUNDS]);
@@ -73,6 +81,10 @@ impl<'a> Opinions<'a> {
             trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             let finalists: Vec<Layout> = trials.into_iter().take(FINALISTS).map(|trial| trial.layout).collect();
             let trials = self.judge_copies(self.settled(&self.settling, &finalists)?, &best)?;
+            flow = self.flow();
+            if flow == Flow::Stop {
+                break;
+            }
             progress = Progress { rounds: progress.rounds + 1, idle: progress.idle + 1 };
             if let Some(cheapest) = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
                 && cheapest.cost + WORTH < best.cost
@@ -82,6 +94,11 @@ impl<'a> Opinions<'a> {
         }
         *layout = best.layout;
         Ok(flow)
+    }
+
+    /// Whether to go on: if not, what was simulated last means nothing.
+    fn flow(&self) -> Flow {
+        flow(&self.stop)
     }
 
     /// The layout, or the same with room between what stands side by side if that costs no support: other engines'
@@ -114,7 +131,7 @@ impl<'a> Opinions<'a> {
         let settings = &self.run.config.verify;
         let mut stays = vec![true; layout.len()];
         for model @ Model { world, simulation, .. } in LEVEL_OTHERWISE.map(|run| &self.models[run]) {
-            let checked = verify(self.run.backend, world, simulation, settings, &self.starts(model, layout))?;
+            let checked = verify(self.run.backend, world, simulation, settings, &self.starts(model, layout), &GO_ON)?;
             if checked.usable[0] {
                 self.group
                     .moving()

@@ -74,7 +74,7 @@ impl Opinions<'_> {
     pub(super) fn settled(&self, model: &Model, layouts: &[Layout]) -> Result<Vec<Layout>, BackendError> {
         let Model { rigs, world, simulation, .. } = model;
         let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-        let settled = settle(self.run.backend, world, simulation, &self.run.config.settle, &starts)?;
+        let settled = settle(self.run.backend, world, simulation, &self.run.config.settle, &starts, &self.stop)?;
         let bodies = world.bodies.len();
         let mut layouts = layouts.to_vec();
         for (candidate, layout) in layouts.iter_mut().enumerate().filter(|(candidate, _)| settled.usable[*candidate]) {
@@ -93,7 +93,7 @@ impl Opinions<'_> {
     ) -> Result<Vec<Trial>, BackendError> {
         let run = |model: &Model| {
             let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-            verify(self.run.backend, &model.world, &model.simulation, &model.check, &starts)
+            verify(self.run.backend, &model.world, &model.simulation, &model.check, &starts, &self.stop)
         };
         let runs = self.beside(layouts.len(), models, run)?;
         for (Model { world, check, price, .. }, run) in models.iter().zip(runs) {

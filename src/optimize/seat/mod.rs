@@ -19,7 +19,7 @@ use super::config::SettleSettings;
 use super::room::{self, CONTACT, Form, LEANING, Room};
 use super::sweep::overlap_interval;
 use super::{directions::directions, posture::lean, tolerances::LEAN};
-use super::{groups::carry, rig::Rig, settle::settle};
+use super::{groups::carry, rig::Rig, settle::GO_ON, settle::settle};
 use crate::scene::{self, Object, Parent, Relation, Root, Scene};
 use crate::world::constants::LINEAR_SLOP;
 use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, World, angle_between};
@@ -296,7 +296,7 @@ impl Seat<'_> {
         let settings = SettleSettings { max_seconds: REST_SECONDS, ..self.settings.clone() };
         let start = |pose| [rig.body(pose)].into_iter().chain(world.start[1..].iter().copied());
         let starts: Vec<Pose> = poses.iter().flat_map(start).collect();
-        let settled = settle(self.backend, &world, self.simulation, &settings, &starts)?;
+        let settled = settle(self.backend, &world, self.simulation, &settings, &starts, &GO_ON)?;
         let bodies = world.start.len();
         let ends = starts.chunks_exact(bodies).zip(settled.poses.chunks_exact(bodies));
         let rest = |(start, end): (&[Pose], &[Pose])| Rest {
