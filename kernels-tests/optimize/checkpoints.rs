@@ -44,9 +44,14 @@ fn a_run_that_is_stopped_in_its_second_opinion_is_not_finished_and_resumes() {
     let rounds = watch.rounds;
     assert!(whole.finished && rounds > 1, "{rounds} rounds");
     for stop_at in 1..=rounds {
-        let mut watch = Watch { stop_at_round: Some(stop_at), ..Default::default() };
-        let stopped = go(&boxes, &backend, &config, 1, None, &mut watch).unwrap();
-        assert!(!stopped.finished && watch.rounds == stop_at, "{} rounds", watch.rounds);
+        let stop = |within_round| {
+            let mut watch = Watch { stop_at_round: Some(stop_at), within_round, ..Default::default() };
+            let stopped = go(&boxes, &backend, &config, 1, None, &mut watch).unwrap();
+            assert!(!stopped.finished && watch.rounds == stop_at, "{} rounds", watch.rounds);
+            (results(stopped), watch)
+        };
+        let (before, watch) = stop(false);
+        assert_eq!(stop(true).0, before, "what was found until then does not count");
         let last = Checkpoint::from_json(watch.checkpoints.last().unwrap()).unwrap();
         let mut watch = Watch::default();
         let resumed = go(&boxes, &backend, &config, 1, Some(last), &mut watch).unwrap();

@@ -13,7 +13,8 @@ use rest3d_gpu::world::{
     World,
 };
 use serde_json::json;
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// A simulator without forces: in a rollout everything that moves slides by `slide`; elsewhere it keeps still, but for
 /// `tumble`, by which the body of that number turns in every simulation.
@@ -117,6 +118,9 @@ pub struct Watch {
     pub stop_at: Option<usize>,
     pub rounds: usize,
     pub stop_at_round: Option<usize>,
+    /// Asks for the end of that round while it goes on, not before it.
+    pub within_round: bool,
+    pub stop: Arc<AtomicBool>,
 }
 
 impl Observer for Watch {
@@ -140,11 +144,16 @@ impl Observer for Watch {
                 self.checkpoints.push(checkpoint.to_json());
                 self.rounds += 1;
                 if self.stop_at_round == Some(self.rounds) {
-                    return Flow::Stop;
+                    self.stop.store(self.within_round, Ordering::Relaxed);
+                    return if self.within_round { Flow::Continue } else { Flow::Stop };
                 }
             }
         }
         Flow::Continue
+    }
+
+    fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stop)
     }
 }
 
@@ -179,6 +188,20 @@ impl Boxes {
         let pose = scene::Pose { rotation, translation: middle - rotation * center.as_dvec3() };
         self.objects.push(Stored { name, parent, pose, movable: true });
         self.objects.len() - 1
+    }
+
+    /// Hollows a box out from above and leaves walls and a floor of this thickness, m; its other parts stay full.
+    pub fn hollow(&mut self, object: usize, thickness: f32) {
+        let shape = &mut self.shapes[object];
+        let MassProperties { center, axes, .. } = shape.mass;
+        let half = (axes.conjugate() * (shape.parts[0].vertices[7] - center)).abs();
+        let plate = |thin: Vec3, side: Vec3| {
+            let plate = half * (Vec3::ONE - thin) + 0.5 * thickness * thin;
+            let middle = side * (half - 0.5 * thickness);
+            Part { vertices: cuboid(plate).into_iter().map(|corner| axes * (corner + middle) + center).collect() }
+        };
+        let sides = [Vec3::NEG_Y, Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z];
+        shape.parts = sides.map(|side| plate(side.abs(), side)).into();
     }
 
     /// Height of the lowest face of a box that stands upright in a result, m.

@@ -72,6 +72,21 @@ fn what_stands_on_one_decomposition_only_is_searched_again() {
     assert!(object.moved < 0.05, "{object:?}");
 }
 
+/// A die in a tray, which other parts fill up to the brim: the die finds rest nowhere on those.
+#[test]
+fn other_parts_that_fill_what_something_is_in_say_nothing() {
+    let mut boxes = Boxes::default();
+    let tray = boxes.add("tray", GROUND, Vec3::new(0.4, 0.1, 0.3), DVec3::ZERO);
+    let die = boxes.add("die", Parent::Object(tray), Vec3::splat(0.04), DVec3::new(0.05, 0.02, 0.0));
+    boxes.hollow(tray, 0.02);
+    let mut scene = boxes.scene();
+    scene.objects[die].relation = Relation::Inside;
+    let config = Config { second_opinion: true, ..frozen() };
+    let outcome = run(&scene, &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
+    let object = &outcome.objects[die];
+    assert!(object.stable && object.stable_otherwise && object.moved < 1e-3, "{object:?}");
+}
+
 /// A plank that reaches 4 mm too far over the edge of a stone, and a weight on its other end: it holds the plank if it
 /// is as heavy, but not if it is as much lighter as it is smaller. What the scene says of masses holds.
 #[test]

@@ -41,7 +41,7 @@ impl Run<'_> {
             observer.event(Event::Settling);
             let starts = global.starts(&self.rigs, &self.walls, &layout);
             (settled_after, at_rest) = self.settle(global, &world, &starts, &mut layout, &mut state.notes)?;
-            let opinions = Opinions::new(self, global, &layout, observer.stop());
+            let opinions = Opinions::new(self, global, &layout, observer.stop())?;
             if finished && self.config.second_opinion {
                 finished = opinions.improve(&mut layout, &mut state, observer)? == Flow::Continue;
             }

@@ -59,7 +59,7 @@ fn concerned(scene: &Scene, failing: &[usize], touches: impl Fn(usize, usize) ->
 }
 
 /// What an object stands on, what that stands on, and so on.
-fn bearers(scene: &Scene, object: usize) -> impl Iterator<Item = usize> + '_ {
+pub(super) fn bearers(scene: &Scene, object: usize) -> impl Iterator<Item = usize> + '_ {
     let parent = |object: usize| match scene.objects[object].parent {
         Parent::Object(parent) => Some(parent),
         Parent::Root(_) => None,

@@ -47,9 +47,14 @@ pub(super) struct Opinions<'a> {
 
 impl<'a> Opinions<'a> {
     /// For the objects of `group`, on slopes as they lie in `layout`.
-    pub fn new(run: &'a Run<'a>, group: &'a Group, layout: &Layout, stop: Arc<AtomicBool>) -> Self {
-        let (models, settling) = (Model::runs(run, group, layout), Model::settling(run, group, layout));
-        Self { run, group: group.clone(), models, settling, known: vec![Release::default(); layout.len()], stop }
+    pub fn new(
+        run: &'a Run<'a>,
+        group: &'a Group,
+        layout: &Layout,
+        stop: Arc<AtomicBool>,
+    ) -> Result<Self, BackendError> {
+        let (models, settling) = (Model::runs(run, group, layout)?, Model::settling(run, group, layout));
+        Ok(Self { run, group: group.clone(), models, settling, known: vec![Release::default(); layout.len()], stop })
     }
 
     /// Searches what does not stand in all runs once more, from where `state` has it. The layout stays as it is unless

@@ -1,9 +1,12 @@
 //! The runs in which a layout is let go: with the parts that the result names and with others, level and on slopes.
 
 use super::Layout;
-use super::tolerances::{HASTE, MOVES, MOVES_OTHERWISE, MOVES_OTHERWISE_ON_SLOPE, ON_SLOPE_SECONDS, SLIPPERY, SLOPE};
+use super::focus::bearers;
+use super::tolerances::{
+    FILLED, HASTE, MOVES, MOVES_OTHERWISE, MOVES_OTHERWISE_ON_SLOPE, ON_SLOPE_SECONDS, SLIPPERY, SLOPE,
+};
 use crate::optimize::{config::VerifySettings, groups::Group, rig::Rig, run::Run};
-use crate::world::{BodyDef, SimSettings, World};
+use crate::world::{BackendError, BodyDef, SimSettings, World};
 use glam::Vec2;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -29,7 +32,7 @@ pub(super) struct Model<'a> {
 
 impl<'a> Model<'a> {
     /// All runs of the objects of `group`, on slopes as they lie in `layout`.
-    pub fn runs(run: &'a Run<'a>, group: &Group, layout: &Layout) -> Vec<Self> {
+    pub fn runs(run: &'a Run<'a>, group: &Group, layout: &Layout) -> Result<Vec<Self>, BackendError> {
         let as_it_is = run.config.fine();
         let slippery = SimSettings { friction: SLIPPERY * as_it_is.friction, ..as_it_is.clone() };
         let level = &run.config.verify;
@@ -53,12 +56,13 @@ impl<'a> Model<'a> {
         let stated: Vec<Rig> = stated.collect();
         let otherwise = |rigs: &[Rig]| (rigs.into(), &as_it_is, level, MOVES_OTHERWISE);
         let [similar, voxels] = &run.alternatives;
+        let [similar, voxels] = [&open(run, group, layout, similar)?, &open(run, group, layout, voxels)?];
         let mut runs = vec![(run.rigs[..].into(), &as_it_is, level, MOVES), otherwise(similar)];
         runs.extend(on_slopes(&stated, MOVES));
         runs.extend(on_slopes(similar, MOVES_OTHERWISE_ON_SLOPE));
         runs.push(otherwise(voxels));
         runs.extend(on_slopes(voxels, MOVES_OTHERWISE_ON_SLOPE));
-        runs.into_par_iter().map(model).collect()
+        Ok(runs.into_par_iter().map(model).collect())
     }
 
     /// The same run in which only the objects of `group` that move there do.
@@ -94,4 +98,23 @@ impl<'a> Model<'a> {
             price: MOVES,
         }
     }
+}
+
+/// Another decomposition, but the parts that were searched for what its own ones fill: V-HACD closes a basin in a long
+/// worktop and the compartments of a shelf, and what is in there finds rest nowhere, whatever the search does.
+fn open(run: &Run, group: &Group, layout: &Layout, alternative: &[Rig]) -> Result<Vec<Rig>, BackendError> {
+    let world = group.world(alternative, &run.leant_on, layout, &run.seated);
+    let starts = group.starts(alternative, &run.leant_on, layout);
+    let depths = run.backend.overlaps(&world, &run.config.fine(), &starts)?;
+    let mut rigs = alternative.to_vec();
+    for (pair, _) in world.pairs.iter().zip(&depths).filter(|(_, depth)| **depth > FILLED) {
+        // A wall is no object.
+        let objects: Vec<usize> = pair.iter().filter_map(|&body| group.objects.get(body as usize)).copied().collect();
+        for &bearer in &objects {
+            if objects.iter().any(|&object| bearers(run.scene, object).any(|other| other == bearer)) {
+                rigs[bearer] = run.rigs[bearer].clone();
+            }
+        }
+    }
+    Ok(rigs)
 }

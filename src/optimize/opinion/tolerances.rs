@@ -39,6 +39,10 @@ pub(super) const ON_SLOPE_SECONDS: f32 = 2.0;
 /// finds is looked at once more for the whole time.
 pub(super) const HASTE: f32 = 0.5;
 
+/// What is deeper than this in another decomposition of what bears it is in a hollow that this fills, m: V-HACD's parts
+/// reach up to 15 mm beyond a mesh.
+pub(super) const FILLED: f32 = 0.015;
+
 /// What moves by more than this share of what the check allows counts as moving: other engines differ by as much.
 pub(super) const CALM: f64 = 0.5;
 

@@ -1,12 +1,15 @@
 //! What falls off its support is moved inwards, as little as need be: reconstructions put cups and fruit beyond the
 //! edge of the table that they stand on.
 
-use super::tolerances::{DISTANCES, MARGIN, MAX_SINK, STEPS, WIDE_SHARE, WIDEST};
+use super::tolerances::{DISTANCES, MARGIN, STEPS, WIDE_SHARE, WIDEST};
 use super::{Rest, Seat};
 use crate::optimize::{directions::directions, support::Placed};
 use crate::scene::{self, Parent};
 use crate::world::BackendError;
 use glam::DVec3;
+
+/// Moves an object; false if it was left as it was.
+type Way<'w> = dyn Fn(&mut [scene::Pose]) -> Result<bool, BackendError> + 'w;
 
 impl Seat<'_> {
     /// True if an object that came to rest so still stands on its parent object; also if it has none.
@@ -30,7 +33,7 @@ impl Seat<'_> {
         layout: &mut [scene::Pose],
     ) -> Result<Option<Rest>, BackendError> {
         let was = layout.to_vec();
-        let ways: [&dyn Fn(&mut [scene::Pose]) -> Result<bool, BackendError>; 3] = [
+        let ways: [&Way; 3] = [
             &|layout| self.set_upright(object, fall, layout),
             &|layout| self.move_upright_inwards(object, layout),
             &|layout| self.move_inwards(object, false, layout),
@@ -142,8 +145,7 @@ impl Seat<'_> {
         let places: Vec<scene::Pose> = shifts.iter().map(set_down).collect();
         let rests = self.rests(object, &[], layout, &places)?;
         let stays = |(place, rest): (scene::Pose, Option<Rest>)| {
-            let stands = |rest: &Rest| rest.stays() && rest.sinks < MAX_SINK;
-            let rest = rest.filter(|rest| self.is_borne(object, Some(rest), layout) && (stands(rest) || !still))?;
+            let rest = rest.filter(|rest| self.is_borne(object, Some(rest), layout) && (rest.stands() || !still))?;
             Some((place, rest.shift))
         };
         Ok(places.into_iter().zip(rests).map(stays).collect())

@@ -26,7 +26,7 @@ use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, Wo
 use glam::Vec3;
 use parry3d::math::Pose as Isometry;
 use parry3d::shape::ConvexPolyhedron;
-use tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, MAX_SLIDE, MAX_TURN, REST_SECONDS, STEEP, SUNK};
+use tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, MAX_SINK, MAX_SLIDE, MAX_TURN, REST_SECONDS, STEEP, SUNK};
 
 /// Parts of one object in world coordinates.
 struct Solid {
@@ -64,6 +64,11 @@ impl Rest {
     /// False if it fell over or slid away.
     pub fn stays(&self) -> bool {
         self.turn < MAX_TURN && self.slide < MAX_SLIDE
+    }
+
+    /// The same; false, too, if it came down to hang there.
+    pub fn stands(&self) -> bool {
+        self.stays() && self.sinks < MAX_SINK
     }
 }
 
@@ -363,6 +368,13 @@ mod tests {
         assert!(slide(&leaning, &upright, 0.0) < 2e-3, "{}", slide(&leaning, &upright, 0.0));
         let pushed = Pose::new(upright.rotation, upright.translation + Vec3::X * 0.08);
         assert!((slide(&upright, &pushed, 0.0) - 0.08).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_comes_down_by_a_hand_does_not_stand() {
+        let rest = |sinks| Rest { pose: scene::Pose::IDENTITY, turn: 0.1, shift: 0.0, slide: 0.0, sinks };
+        assert!(rest(0.001).stands() && rest(-0.05).stands());
+        assert!(rest(0.06).stays() && !rest(0.06).stands());
     }
 
     #[test]
