@@ -7,6 +7,18 @@ use serde_json::{Value, json};
 use std::fs;
 use std::process::{Command, Stdio};
 
+/// Once for all objects, with a remedy.
+#[test]
+fn a_cache_that_cannot_be_used_is_told() {
+    let case = Case::new(&table());
+    let mut command = case.command("evaluate");
+    let output = command.env("REST3D_GPU_CACHE", case.path("cube.obj")).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let told = text(&output.stderr);
+    assert_eq!(told.matches("warning: shape cache").count(), 1, "{told}");
+    assert!(told.contains("cube.obj is not usable") && told.contains("REST3D_GPU_CACHE"), "{told}");
+}
+
 #[test]
 fn optimize_leaves_a_whole_result_and_its_input_alone() {
     let mut input = table();
@@ -138,7 +150,9 @@ fn an_interrupted_run_leaves_its_best_and_resumes_to_the_same_bytes() {
     let mut child = command("parts").stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
     let mut messages = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
     assert!(messages.any(|line| line.contains("table") && line.contains("energy")), "no group was reported");
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    // Two at once are one: a program that sends them to a process and to its group means a clean end.
+    let signals = format!("kill -INT {0} && kill -TERM {0}", child.id());
+    assert!(Command::new("sh").args(["-c", &signals]).status().unwrap().success());
     let rest: Vec<String> = messages.collect();
     assert_eq!(child.wait().unwrap().code(), Some(1), "{rest:?}");
     assert!(rest.iter().any(|line| line.contains("--resume")), "{rest:?}");

@@ -14,8 +14,12 @@ pub fn make(scene: &Scene, alternatives: bool) -> Result<Vec<Shape>, Failure> {
     let settings = ShapeSettings { alternatives, ..Default::default() };
     let requests = shape_requests(scene);
     let clock = Instant::now();
+    let cache = Cache::default_location();
+    if let Some(Err(warning)) = cache.as_ref().map(Cache::check) {
+        say(format_args!("warning: {warning}"));
+    }
     let bar = progress::bar(requests.len() as u64, progress::SHORT);
-    let shapes = build_shapes(&requests, &settings, Cache::default_location().as_ref(), &|done, _, name| {
+    let shapes = build_shapes(&requests, &settings, cache.as_ref(), &|done, _, name| {
         bar.set_position(done as u64);
         bar.set_message(format!("shapes {done}/{}: {name}", requests.len()));
     });

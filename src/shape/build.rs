@@ -112,14 +112,13 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
         }
     }
     let source = Source::new(&mesh, up, request.bears, settings);
-    let mut warning = None;
-    let entry = remembered(cache, &key.finish(), &mut warning, || source.entry(&given, budget));
+    let entry = remembered(cache, &key.finish(), || source.entry(&given, budget));
     if entry.own.parts.is_empty() {
         let field = if given.is_empty() { "mesh" } else { "convex_parts" };
         return Err(ShapeError::Empty { object: request.name.clone(), field });
     }
     let others = match settings.alternatives {
-        true => remembered(cache, &alternatives_key, &mut warning, || source.alternatives()),
+        true => remembered(cache, &alternatives_key, || source.alternatives()),
         false => Vec::new(),
     };
     let others: Vec<Body> = others.into_iter().map(|body| body.unwrap_or_else(|| entry.own.clone())).collect();
@@ -139,7 +138,7 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
         surface: mesh,
         bounds: [low, high],
         quality: entry.quality,
-        notes: entry.notes.into_iter().chain(warning).collect(),
+        notes: entry.notes,
     })
 }
 
@@ -147,14 +146,14 @@ fn build_shape(request: &ShapeRequest, settings: &ShapeSettings, cache: Option<&
 fn remembered<T: Serialize + DeserializeOwned>(
     cache: Option<&Cache>,
     key: &blake3::Hash,
-    warning: &mut Option<String>,
     compute: impl FnOnce() -> T,
 ) -> T {
     if let Some(known) = cache.and_then(|cache| cache.load(key)) {
         return known;
     }
     let made = compute();
-    *warning = cache.and_then(|cache| cache.store(key, &made).err()).or(warning.take());
+    // What cannot be stored is made again.
+    cache.map(|cache| cache.store(key, &made).ok());
     made
 }
 

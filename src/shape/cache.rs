@@ -47,20 +47,34 @@ impl Cache {
         serde_json::from_slice(content).ok()
     }
 
-    /// Stores an entry; what keeps it from that is returned as a warning.
-    pub(super) fn store<T: Serialize>(&self, key: &blake3::Hash, value: &T) -> Result<(), String> {
-        let write = || -> std::io::Result<()> {
-            let content = serde_json::to_vec(value)?;
-            std::fs::create_dir_all(&self.directory)?;
-            let mut file = tempfile::NamedTempFile::new_in(&self.directory)?;
-            file.write_all(blake3::hash(&content).as_bytes())?;
-            file.write_all(&content)?;
-            file.persist(self.path(key)).map_err(|e| e.error)?;
-            Ok(())
-        };
-        write().map_err(|e| {
-            format!("shape cache {} is not usable ({e}): shapes are computed anew each time", self.directory.display())
+    /// Finds out whether entries can be stored.
+    ///
+    /// # Errors
+    /// What keeps it from that, and what to do about it.
+    pub fn check(&self) -> Result<(), String> {
+        self.file().map(drop).map_err(|e| {
+            format!(
+                "shape cache {} is not usable ({e}): meshes are cut anew in every run; let {CACHE_VARIABLE} name a \
+                 folder that can be written",
+                self.directory.display()
+            )
         })
+    }
+
+    /// Stores an entry.
+    pub(super) fn store<T: Serialize>(&self, key: &blake3::Hash, value: &T) -> std::io::Result<()> {
+        let content = serde_json::to_vec(value)?;
+        let mut file = self.file()?;
+        file.write_all(blake3::hash(&content).as_bytes())?;
+        file.write_all(&content)?;
+        file.persist(self.path(key)).map_err(|e| e.error)?;
+        Ok(())
+    }
+
+    /// A file beside the entries, which goes unless it is renamed.
+    fn file(&self) -> std::io::Result<tempfile::NamedTempFile> {
+        std::fs::create_dir_all(&self.directory)?;
+        tempfile::NamedTempFile::new_in(&self.directory)
     }
 
     fn path(&self, key: &blake3::Hash) -> PathBuf {

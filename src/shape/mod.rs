@@ -92,7 +92,7 @@ pub struct Shape {
     pub bounds: [Vec3; 2],
     /// How well the parts stand for the mesh.
     pub quality: Quality,
-    /// What the user should know: thickened, reduced, not convex, no cache.
+    /// What the user should know: thickened, reduced, not convex.
     pub notes: Vec<String>,
 }
 
