@@ -85,6 +85,7 @@ fn other_parts_that_fill_what_something_is_in_say_nothing() {
     let outcome = run(&scene, &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
     let object = &outcome.objects[die];
     assert!(object.stable && object.stable_otherwise && object.moved < 1e-3, "{object:?}");
+    assert!(outcome.notes.iter().any(|note| note.contains("\"tray\"")), "{:?}", outcome.notes);
 }
 
 /// A plank that reaches 4 mm too far over the edge of a stone, and a weight on its other end: it holds the plank if it

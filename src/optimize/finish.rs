@@ -56,6 +56,12 @@ impl Run<'_> {
             observer.event(Event::Verifying);
             (written, verified) = self.written(global, &layout)?;
             otherwise = opinions.second(&layout)?;
+            state.notes.extend(opinions.filled.iter().map(|&object| {
+                format!(
+                    "\"{}\": convex parts of other kinds fill what is in it; load those that the result names",
+                    self.scene.objects[object].name
+                )
+            }));
             timings.verify = clock.elapsed().as_secs_f64();
             let (world, starts) = self.let_go(global, &written.rigs, &layout);
             let depths = self.backend.overlaps(&world, &self.config.fine(), &starts)?;

@@ -30,6 +30,7 @@ impl Opinions<'_> {
             run: self.run,
             stop: Arc::clone(&self.stop),
             models: models.collect(),
+            filled: self.filled.clone(),
             settling: self.settling.of(&group),
             known: known.map(|(known, moves)| if *moves { Release::default() } else { *known }).collect(),
             group,

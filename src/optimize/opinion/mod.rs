@@ -37,6 +37,8 @@ pub(super) struct Opinions<'a> {
     /// Which objects move.
     group: Group,
     models: Vec<Model<'a>>,
+    /// Objects whose other parts fill what is in them.
+    pub filled: Vec<usize>,
     /// How copies settle: with the parts that the result names, and all walls.
     settling: Model<'a>,
     /// What came of the objects that are held, in runs in which they were not.
@@ -53,8 +55,16 @@ impl<'a> Opinions<'a> {
         layout: &Layout,
         stop: Arc<AtomicBool>,
     ) -> Result<Self, BackendError> {
-        let (models, settling) = (Model::runs(run, group, layout)?, Model::settling(run, group, layout));
-        Ok(Self { run, group: group.clone(), models, settling, known: vec![Release::default(); layout.len()], stop })
+        let ((models, filled), settling) = (Model::runs(run, group, layout)?, Model::settling(run, group, layout));
+        Ok(Self {
+            run,
+            group: group.clone(),
+            models,
+            filled,
+            settling,
+            known: vec![Release::default(); layout.len()],
+            stop,
+        })
     }
 
     /// Searches what does not stand in all runs once more, from where `state` has it. The layout stays as it is unless

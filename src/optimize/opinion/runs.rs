@@ -31,8 +31,9 @@ pub(super) struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// All runs of the objects of `group`, on slopes as they lie in `layout`.
-    pub fn runs(run: &'a Run<'a>, group: &Group, layout: &Layout) -> Result<Vec<Self>, BackendError> {
+    /// All runs of the objects of `group`, on slopes as they lie in `layout`; and the objects that have the parts of the
+    /// search in some where others are meant, because those fill what is in them.
+    pub fn runs(run: &'a Run<'a>, group: &Group, layout: &Layout) -> Result<(Vec<Self>, Vec<usize>), BackendError> {
         let as_it_is = run.config.fine();
         let slippery = SimSettings { friction: SLIPPERY * as_it_is.friction, ..as_it_is.clone() };
         let level = &run.config.verify;
@@ -56,13 +57,22 @@ impl<'a> Model<'a> {
         let stated: Vec<Rig> = stated.collect();
         let otherwise = |rigs: &[Rig]| (rigs.into(), &as_it_is, level, MOVES_OTHERWISE);
         let [similar, voxels] = &run.alternatives;
-        let [similar, voxels] = [&open(run, group, layout, similar)?, &open(run, group, layout, voxels)?];
+        let closed = [filled(run, group, layout, similar)?, filled(run, group, layout, voxels)?];
+        let open = |rigs: &[Rig], closed: &[usize]| {
+            let mut rigs = rigs.to_vec();
+            closed.iter().for_each(|&object| rigs[object] = run.rigs[object].clone());
+            rigs
+        };
+        let [similar, voxels] = [&open(similar, &closed[0]), &open(voxels, &closed[1])];
         let mut runs = vec![(run.rigs[..].into(), &as_it_is, level, MOVES), otherwise(similar)];
         runs.extend(on_slopes(&stated, MOVES));
         runs.extend(on_slopes(similar, MOVES_OTHERWISE_ON_SLOPE));
         runs.push(otherwise(voxels));
         runs.extend(on_slopes(voxels, MOVES_OTHERWISE_ON_SLOPE));
-        Ok(runs.into_par_iter().map(model).collect())
+        let mut closed = closed.concat();
+        closed.sort_unstable();
+        closed.dedup();
+        Ok((runs.into_par_iter().map(model).collect(), closed))
     }
 
     /// The same run in which only the objects of `group` that move there do.
@@ -100,21 +110,18 @@ impl<'a> Model<'a> {
     }
 }
 
-/// Another decomposition, but the parts that were searched for what its own ones fill: V-HACD closes a basin in a long
+/// Objects whose parts in another decomposition fill what one is in that they bear: V-HACD closes a basin in a long
 /// worktop and the compartments of a shelf, and what is in there finds rest nowhere, whatever the search does.
-fn open(run: &Run, group: &Group, layout: &Layout, alternative: &[Rig]) -> Result<Vec<Rig>, BackendError> {
+fn filled(run: &Run, group: &Group, layout: &Layout, alternative: &[Rig]) -> Result<Vec<usize>, BackendError> {
     let world = group.world(alternative, &run.leant_on, layout, &run.seated);
     let starts = group.starts(alternative, &run.leant_on, layout);
     let depths = run.backend.overlaps(&world, &run.config.fine(), &starts)?;
-    let mut rigs = alternative.to_vec();
+    let mut filled = Vec::new();
     for (pair, _) in world.pairs.iter().zip(&depths).filter(|(_, depth)| **depth > FILLED) {
         // A wall is no object.
         let objects: Vec<usize> = pair.iter().filter_map(|&body| group.objects.get(body as usize)).copied().collect();
-        for &bearer in &objects {
-            if objects.iter().any(|&object| bearers(run.scene, object).any(|other| other == bearer)) {
-                rigs[bearer] = run.rigs[bearer].clone();
-            }
-        }
+        let bears = |bearer: &usize| objects.iter().any(|&object| bearers(run.scene, object).any(|b| b == *bearer));
+        filled.extend(objects.iter().copied().filter(bears));
     }
-    Ok(rigs)
+    Ok(filled)
 }
