@@ -28,6 +28,9 @@ const NONE: u32 = 0xffffffffu;
 // Points, or the patch that each of them is part of.
 alias Numbers = array<u32, MAX_GATHERED_POINTS>;
 
+// Where the points of each patch end.
+alias Ends = array<u32, MAX_PATCHES>;
+
 // Normal and separation of each patch's deepest point.
 alias Seeds = array<vec4<f32>, MAX_PATCHES>;
 
@@ -36,39 +39,44 @@ fn normal_of(number: u32) -> vec3<f32> {
 }
 
 // Finds the patches of the first `count` points, the deepest first, and shares the points out: to the first patch that
-// looks about their way, or when there can be no more patches, to the one that looks most their way.
+// looks about their way, or when there can be no more patches, to the one that looks most their way. Without branches
+// in its loops, so that points are fetched several at a time.
 fn find_seeds(
     gathered: ptr<function, Numbers>,
     count: u32,
     owners: ptr<function, Numbers>,
     seeds: ptr<function, Seeds>,
 ) -> u32 {
+    var deepest = NONE;
+    var depth = -LOWEST;
     for (var i = 0u; i < count; i++) {
         (*owners)[i] = NONE;
+        let separation = manifold_points[(*gathered)[i]].separation;
+        deepest = select(deepest, (*gathered)[i], separation < depth);
+        depth = min(depth, separation);
     }
     var patches = 0u;
     for (var k = 0u; k < MAX_PATCHES; k++) {
-        var deepest = NONE;
-        var depth = -LOWEST;
-        for (var i = 0u; i < count; i++) {
-            if ((*owners)[i] == NONE) {
-                let separation = manifold_points[(*gathered)[i]].separation;
-                deepest = select(deepest, (*gathered)[i], separation < depth);
-                depth = min(depth, separation);
-            }
-        }
         if (deepest == NONE) {
             break;
         }
         let normal = normal_of(deepest);
         (*seeds)[k] = vec4(normal, depth);
         patches = k + 1u;
+        deepest = NONE;
+        depth = -LOWEST;
         for (var i = 0u; i < count; i++) {
-            if ((*owners)[i] == NONE) {
-                let joins = dot(normal_of((*gathered)[i]), normal) >= PATCH_COSINE;
-                (*owners)[i] = select(NONE, k, joins);
-            }
+            let number = (*gathered)[i];
+            let is_free = (*owners)[i] == NONE;
+            let joins = is_free & (dot(normal_of(number), normal) >= PATCH_COSINE);
+            (*owners)[i] = select((*owners)[i], k, joins);
+            let separation = select(-LOWEST, manifold_points[number].separation, is_free & !joins);
+            deepest = select(deepest, number, separation < depth);
+            depth = min(depth, separation);
         }
+    }
+    if (deepest == NONE) {
+        return patches;
     }
     for (var i = 0u; i < count; i++) {
         if ((*owners)[i] != NONE) {
@@ -86,11 +94,40 @@ fn find_seeds(
     return patches;
 }
 
+// Points by their patches, in the order in which they were gathered; those of no patch are left out.
+fn sort_by_owner(
+    gathered: ptr<function, Numbers>,
+    count: u32,
+    owners: ptr<function, Numbers>,
+    sorted: ptr<function, Numbers>,
+) -> Ends {
+    var ends: Ends;
+    for (var i = 0u; i < count; i++) {
+        let owner = (*owners)[i];
+        for (var k = 0u; k < MAX_PATCHES; k++) {
+            ends[k] += u32(owner <= k);
+        }
+    }
+    var next = Ends();
+    for (var k = 1u; k < MAX_PATCHES; k++) {
+        next[k] = ends[k - 1u];
+    }
+    for (var i = 0u; i < count; i++) {
+        let owner = (*owners)[i];
+        if (owner != NONE) {
+            (*sorted)[next[owner]] = (*gathered)[i];
+            next[owner] += 1u;
+        }
+    }
+    return ends;
+}
+
 // Gathers the points of these manifolds. In a function of its own, because its arrays are set to zero first: most
 // entries have no points, and that would be all the work.
 fn gather(index: u32, first: u32, end: u32) {
     var gathered: Numbers;
     var owners: Numbers;
+    var sorted: Numbers;
     var seeds: Seeds;
     var sizes = 0u;
     var count = 0u;
@@ -100,43 +137,39 @@ fn gather(index: u32, first: u32, end: u32) {
             added = manifolds[slot].count;
         }
         if (slot == end || count + added > MAX_GATHERED_POINTS) {
-            var kept: array<u32, MAX_PATCHES * MAX_MANIFOLD_POINTS>;
-            var kept_count = 0u;
-            sizes = 0u;
             let patches = find_seeds(&gathered, count, &owners, &seeds);
+            let ends = sort_by_owner(&gathered, count, &owners, &sorted);
+            sizes = 0u;
+            count = 0u;
+            var begin = 0u;
             for (var k = 0u; k < patches; k++) {
                 let normal = seeds[k].xyz;
                 let u = tangent(normal);
                 let v = cross(normal, u);
                 var extremes = no_extremes();
-                for (var i = 0u; i < count; i++) {
-                    if (owners[i] == k) {
-                        let p = manifold_points[gathered[i]];
-                        offer(&extremes, vec2(dot(u, p.on_b), dot(v, p.on_b)), p.separation - seeds[k].w, gathered[i]);
-                    }
+                for (var i = begin; i < ends[k]; i++) {
+                    let p = manifold_points[sorted[i]];
+                    offer(&extremes, vec2(dot(u, p.on_b), dot(v, p.on_b)), p.separation - seeds[k].w, sorted[i]);
                 }
                 var positions: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
                 var taken = 0u;
-                for (var j = 0u; j < EXTREMES + count; j++) {
-                    let left = j - min(j, EXTREMES);
-                    if (j >= EXTREMES && owners[left] != k) {
-                        continue;
+                for (var j = 0u; j < EXTREMES + ends[k] - begin; j++) {
+                    if (taken == MAX_MANIFOLD_POINTS) {
+                        break;
                     }
-                    let number = select(gathered[left], extreme(extremes, j), j < EXTREMES);
+                    let left = begin + j - min(j, EXTREMES);
+                    let number = select(sorted[left], extreme(extremes, j), j < EXTREMES);
                     let p = manifold_points[number];
                     let tried = j < EXTREMES || bears(p.separation - seeds[k].w);
                     if (tried && is_new(&positions, taken, p.on_b, j)) {
                         positions[taken] = vec4(p.on_b, 0.0);
-                        kept[kept_count + taken] = number;
+                        gathered[count + taken] = number;
                         taken++;
                     }
                 }
-                kept_count += taken;
+                count += taken;
                 sizes = insertBits(sizes, taken, 4u * k, 4u);
-            }
-            count = kept_count;
-            for (var i = 0u; i < count; i++) {
-                gathered[i] = kept[i];
+                begin = ends[k];
             }
         }
         for (var i = 0u; i < added; i++) {

@@ -38,6 +38,14 @@ fn patch_in_order(share: Share, i: u32, backwards: bool) -> u32 {
     return in_order(i, share.patches, backwards);
 }
 
+fn friction_row(share: Share, p: u32) -> u32 {
+    return share.far_rows + p;
+}
+
+fn point_row(share: Share, p: u32, link: Link) -> u32 {
+    return share.far_slots + link.first;
+}
+
 fn pause() {}
 
 fn any_lane(yes: bool) -> bool {
@@ -65,7 +73,6 @@ fn main(
     }
     let bodies = candidate * (batch.bodies + 1u);
     let slots = candidate * sim.contacts;
-    let rows = candidate * room;
-    let share = Share(0u, 1u, bodies, slots, rows, bodies, slots, rows, count, vec2(1u));
+    let share = Share(0u, 1u, bodies, bodies, slots, candidate * room, count, vec2(1u));
     cursors[candidate] = small_steps(share, cursors[candidate], atomicLoad(&most_patches));
 }

@@ -126,7 +126,7 @@ fn compile_in_time(device: &Device) -> Result<(), Failed> {
         if seconds.is_empty() { return Err(format!("nothing ran: {output:?}").into()) } else { seconds.remove(0).1 };
     let slower = (readings / READINGS_SECONDS).max(1.0);
     let all: f64 = seconds.iter().map(|(_, time)| time).sum();
-    let needless: &[&str] = if Way::best(&device.gpu) == Way::Waves { &[] } else { &["solve_near", "solve_far"] };
+    let needless: &[&str] = if Way::best(&device.gpu) == Way::Waves { &[] } else { &["solve_waves"] };
     let missing: Vec<&str> = SHADERS
         .iter()
         .map(|shader| shader.name)

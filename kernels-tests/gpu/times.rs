@@ -18,10 +18,10 @@ pub const TESTS: &[Test] = &[
 /// Kernels of a substep on this adapter, in order.
 fn substep(device: &Device) -> Vec<&'static str> {
     let waves = Way::best(&device.gpu) == Way::Waves;
-    SUBSTEP.into_iter().filter(|name| waves || !["solve_near", "solve_far"].contains(name)).collect()
+    SUBSTEP.into_iter().filter(|name| waves || *name != "solve_waves").collect()
 }
 
-const SUBSTEP: [&str; 21] = [
+const SUBSTEP: [&str; 20] = [
     "boxes",
     "pair_counts",
     "pair_starts",
@@ -39,8 +39,7 @@ const SUBSTEP: [&str; 21] = [
     "emit",
     "solve_bodies",
     "solve_load",
-    "solve_near",
-    "solve_far",
+    "solve_waves",
     "solve",
     "integrate",
 ];

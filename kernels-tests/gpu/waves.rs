@@ -1,4 +1,4 @@
-//! Kernels `solve_near` and `solve_far` beside `solve`, at the limits of what they take.
+//! Kernel `solve_waves` beside `solve`, at the limits of what it takes.
 
 use super::Test;
 use super::fixture::Device;

@@ -31,14 +31,16 @@ fn start_cold(share: Share) {
         moving[i].restless = ATTEMPT + MIN_PUSHING_SWEEPS - 1u;
     }
     for (var p = share.lane; p < share.patches; p += share.lanes) {
-        frictions[share.rows + p].impulse_u = 0.0;
-        frictions[share.rows + p].impulse_v = 0.0;
-        frictions[share.rows + p].impulse_twist = 0.0;
-        frictions[share.rows + p].limit = 0.0;
-        frictions[share.rows + p].twist_limit = 0.0;
+        let row = friction_row(share, p);
+        frictions[row].impulse_u = 0.0;
+        frictions[row].impulse_v = 0.0;
+        frictions[row].impulse_twist = 0.0;
+        frictions[row].limit = 0.0;
+        frictions[row].twist_limit = 0.0;
         let link = link_at(share, p);
-        for (var j = link.first; j < link.first + link.count; j++) {
-            normals[share.slots + j].impulse = 0.0;
+        let first = point_row(share, p, link);
+        for (var k = 0u; k < link.count; k++) {
+            normals[first + k].impulse = 0.0;
         }
     }
 }

@@ -4,8 +4,8 @@
 // code that occurs twice twice.
 //
 // Import it below the bindings. The kernel has the tables that are named here, and says how invocations share a
-// candidate: each has every so many of its bodies and patches, `is_due` tells whose turn it is in a sweep, and between
-// turns they `pause`.
+// candidate: each has every so many of its bodies and patches, `is_due` tells whose turn it is in a sweep, between turns
+// they `pause`, and `friction_row` and `point_row` are where a patch has its constraints in `frictions` and `normals`.
 
 #import aim
 #import constants
@@ -28,11 +28,9 @@ struct Share {
     // Which it is, and of how many.
     lane: u32,
     lanes: u32,
-    // First rows in `moving`, `normals` and `frictions`.
+    // First row in `moving`, where other invocations look for bodies, too.
     moving: u32,
-    slots: u32,
-    rows: u32,
-    // First rows in what never is near at hand: `axes` and `free`, `patches` and `gaps`, `levers`.
+    // First rows in what all candidates have in one table: `axes` and `free`, `patches` and `gaps`, `levers`.
     far_moving: u32,
     far_slots: u32,
     far_rows: u32,
@@ -129,7 +127,8 @@ fn warm_start(share: Share) {
             if (!is_due(share, p, turn, false)) {
                 continue;
             }
-            let friction = frictions[share.rows + p];
+            let row = friction_row(share, p);
+            let friction = frictions[row];
             var pair = pair_of(share.moving + link_at(share, p).bodies);
             push(&pair, Row(friction.u, friction.u_a, friction.u_b), friction.impulse_u);
             push(&pair, Row(friction.v, friction.v_a, friction.v_b), friction.impulse_v);
@@ -151,8 +150,9 @@ fn warm_start(share: Share) {
             }
             let link = link_at(share, p);
             var pair = pair_of(share.moving + link.bodies);
-            for (var j = link.first; j < link.first + link.count; j++) {
-                let n = normals[share.slots + j];
+            let first = point_row(share, p, link);
+            for (var k = 0u; k < link.count; k++) {
+                let n = normals[first + k];
                 push(&pair, Row(n.axis, n.torque_a, n.torque_b), n.impulse);
             }
             store(&pair);
@@ -186,7 +186,8 @@ fn sweep_friction(share: Share, sweep: u32) {
             if (!is_restless(bodies, sweep)) {
                 continue;
             }
-            let friction = frictions[share.rows + p];
+            let row = friction_row(share, p);
+            let friction = frictions[row];
             var pair = pair_of(bodies);
             let spinning = dot(friction.twist_b, pair.spin_b) - dot(friction.twist_a, pair.spin_a);
             let most = friction.twist_limit;
@@ -200,9 +201,9 @@ fn sweep_friction(share: Share, sweep: u32) {
             let tangential = wanted * select(1.0, friction.limit / size, size > friction.limit);
             push(&pair, u, tangential.x - old.x);
             push(&pair, v, tangential.y - old.y);
-            frictions[share.rows + p].impulse_u = tangential.x;
-            frictions[share.rows + p].impulse_v = tangential.y;
-            frictions[share.rows + p].impulse_twist = twist;
+            frictions[row].impulse_u = tangential.x;
+            frictions[row].impulse_v = tangential.y;
+            frictions[row].impulse_twist = twist;
             store(&pair);
         }
         pause();
@@ -230,7 +231,7 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool, relaxati
             var limit = 0.0;
             var twist_limit = 0.0;
             var pair = pair_of(bodies);
-            let first = share.slots + link.first;
+            let first = point_row(share, p, link);
             // Fetched one ahead, because everything else waits for the point before.
             var next = normals[first + in_order(0u, link.count, backwards)];
             for (var k = 0u; k < link.count; k++) {
@@ -254,8 +255,9 @@ fn sweep_normals(share: Share, sweep: u32, soft: bool, backwards: bool, relaxati
             }
             store(&pair);
             if (!soft) {
-                frictions[share.rows + p].limit = limit * sim.friction;
-                frictions[share.rows + p].twist_limit = twist_limit * sim.friction;
+                let row = friction_row(share, p);
+                frictions[row].limit = limit * sim.friction;
+                frictions[row].twist_limit = twist_limit * sim.friction;
             }
             if (disturbed) {
                 disturb(pair.a, sweep);
@@ -295,13 +297,16 @@ fn locate(share: Share) {
         let follows = is_far(motion, before);
         if (follows) {
             levers[share.far_rows + p] = Levers(before.center, motion.passed, motion.rolled_a, motion.rolled_b);
-            var friction = frictions[share.rows + p];
+            let row = friction_row(share, p);
+            var friction = frictions[row];
             let center = arms_after(motion, before.center);
             aim_friction(&friction, center, matrix_of(axes_a), matrix_of(axes_b), inverse_mass);
-            frictions[share.rows + p] = friction;
+            frictions[row] = friction;
         }
-        for (var j = link.first; j < link.first + link.count; j++) {
-            var n = normals[share.slots + j];
+        let first = point_row(share, p, link);
+        for (var k = 0u; k < link.count; k++) {
+            let j = link.first + k;
+            var n = normals[first + k];
             var separation = gaps[share.far_slots + j].start + moved(n, motion.passed, a, b);
             if (follows) {
                 let gap = gaps[share.far_slots + j];
@@ -313,7 +318,7 @@ fn locate(share: Share) {
                 gaps[share.far_slots + j].start = separation - moved(n, motion.passed, a, b);
             }
             aim(&n, separation, gaps[share.far_slots + j].rest);
-            normals[share.slots + j] = n;
+            normals[first + k] = n;
         }
     }
 }

@@ -53,13 +53,13 @@ impl Access {
     }
 }
 
-/// Kernels that adapters without `Gpu::has_waves` refuse and never run.
-const WAVES: [&str; 2] = ["solve_near", "solve_far"];
+/// The kernel that adapters without `Gpu::has_waves` refuse and never run.
+const WAVES: &str = "solve_waves";
 
 /// A compiled shader.
 pub struct Kernel {
     shader: &'static Shader,
-    /// None if it is one of `WAVES` and the adapter refuses these.
+    /// None if it is `WAVES` and the adapter refuses it.
     pipeline: Option<wgpu::ComputePipeline>,
     layout: wgpu::BindGroupLayout,
 }
@@ -118,7 +118,7 @@ impl Kernel {
                 cache: gpu.pipelines.as_ref().map(|pipelines| &pipelines.cache),
             })
         };
-        let pipeline = (gpu.has_waves() || !WAVES.contains(&shader.name)).then(compile);
+        let pipeline = (gpu.has_waves() || shader.name != WAVES).then(compile);
         match pollster::block_on(errors.pop()) {
             Some(error) => Err(GpuError::Device(format!("kernel `{}`: {error}", shader.name))),
             None => Ok(Self { shader, pipeline, layout }),

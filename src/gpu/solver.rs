@@ -12,7 +12,7 @@ use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_PUSHING_SWEEPS, MAX_RELAX
 /// Invocations that share a candidate's patches, as in `solve_load` and `integrate`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
 
-/// Invocations that share a candidate's patches, as in `solve_near` and `solve_far`.
+/// Invocations that share a candidate's patches, as in `solve_waves`.
 const WAVE_LANES: u32 = kernels::constants::WAVE_LANES;
 
 /// How the small steps of all candidates are shared out.
@@ -20,8 +20,8 @@ const WAVE_LANES: u32 = kernels::constants::WAVE_LANES;
 pub enum Way {
     /// An invocation a candidate, kernel `solve`: what software adapters are best at, because they have few units.
     Candidates,
-    /// A workgroup a candidate, kernels `solve_near` and `solve_far`, and what is too large for them as above: cards
-    /// have thousands of units that would wait for memory.
+    /// A workgroup a candidate, kernel `solve_waves`, and what is too large for it as above: cards have thousands of
+    /// units that would wait for memory.
     Waves,
 }
 
@@ -129,7 +129,7 @@ impl Solver {
                 gaps: gaps.write(),
                 cursors: cursors.write(),
             };
-            let near = kernels::SolveNearBuffers {
+            let waves = kernels::SolveWavesBuffers {
                 batch: motion.batch.uniform(),
                 sim: sim.uniform(),
                 patch_counts: counts.read(),
@@ -139,20 +139,6 @@ impl Solver {
                 all_moving: moving.write(),
                 all_frictions: frictions.write(),
                 all_normals: normals.write(),
-                levers: levers.write(),
-                gaps: gaps.write(),
-                cursors: cursors.write(),
-            };
-            let far = kernels::SolveFarBuffers {
-                batch: motion.batch.uniform(),
-                sim: sim.uniform(),
-                patch_counts: counts.read(),
-                patches: patches.read(),
-                axes: axes.read(),
-                free: free.write(),
-                all_moving: moving.write(),
-                frictions: frictions.write(),
-                normals: normals.write(),
                 levers: levers.write(),
                 gaps: gaps.write(),
                 cursors: cursors.write(),
@@ -192,8 +178,7 @@ impl Solver {
             let rounds = rounds(parameters, bodies);
             if way == Way::Waves {
                 let lanes = candidates * WAVE_LANES;
-                steps.extend((0..rounds).map(|_| near.step(gpu, kernels, lanes)));
-                steps.extend((0..rounds).map(|_| far.step(gpu, kernels, lanes)));
+                steps.extend((0..rounds).map(|_| waves.step(gpu, kernels, lanes)));
             }
             steps.extend((0..rounds).map(|_| solve.step(gpu, kernels, candidates)));
             steps.push(integrate.step(gpu, kernels, candidates * PATCH_LANES));
