@@ -2,8 +2,8 @@
 
 use super::tolerances::IMPROVEMENT;
 use crate::world::{
-    Backend, BackendError, Best, CemSettings, Distribution, Flow, IterationStats, KernelTime, Search, SearchSettings,
-    Status, Stream, World,
+    Backend, BackendError, Best, CemSettings, Distribution, Energy, Flow, IterationStats, KernelTime, Search,
+    SearchSettings, Status, Stream, World,
 };
 
 /// How a search ended.
@@ -33,6 +33,7 @@ pub(super) fn search(
     on_iteration: &mut dyn FnMut(&IterationStats, &dyn Search) -> Flow,
 ) -> Result<Searched, BackendError> {
     let cem = &settings.cem;
+    let moving = world.bodies.iter().filter(|body| !body.is_static()).count();
     let mut search = backend.search(world, settings, stream)?;
     let mut flagged = [0; Status::FAULTS.len()];
     let mut steps = [0; 2];
@@ -52,7 +53,7 @@ pub(super) fn search(
             }
             steps = [steps[0] + stats.steps, steps[1] + settings.steps()];
             stopped = on_iteration(&stats, search.as_ref()) == Flow::Stop;
-            if stopped || stats.best.total < cem.stop_energy {
+            if stopped || has_nothing_to_gain(&stats.best, settings, moving) {
                 break 'episodes;
             }
             if let Some(start) = second.take() {
@@ -72,6 +73,14 @@ pub(super) fn search(
     }
     let kernels = search.kernel_times();
     Ok(Searched { best: search.best()?, flagged, steps, stopped, kernels })
+}
+
+/// True if the best layout is good, or stands and is about where it was: of so many objects.
+fn has_nothing_to_gain(best: &Energy, settings: &SearchSettings, objects: usize) -> bool {
+    let cem = &settings.cem;
+    let layout = settings.energy.layout * best.layout;
+    let stands = best.total - layout < cem.stop_energy;
+    best.total < cem.stop_energy || (stands && layout < cem.stop_layout_each * objects as f32)
 }
 
 /// A later episode starts from the last one's distribution, widened where it has become narrow.
@@ -100,5 +109,26 @@ impl Patience {
             self.stale += 1;
         }
         self.limit > 0 && self.stale >= self.limit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_where_it_was_needs_no_search() {
+        let mut settings = SearchSettings::default();
+        settings.cem.stop_layout_each = 0.01;
+        let done = |layout: f32, stability: f32, penetration: f32| {
+            let energy = stability + 0.5 * penetration + layout;
+            let best = Energy { total: energy, stability, velocity: 0.0, penetration, layout };
+            has_nothing_to_gain(&best, &settings, 5)
+        };
+        assert!(done(0.004, 0.005, 0.0), "less than 0.01 in all");
+        assert!(done(0.04, 0.005, 0.0), "five objects, 0.008 each");
+        assert!(!done(0.06, 0.005, 0.0), "0.012 each");
+        assert!(!done(0.03, 0.015, 0.0), "one moves");
+        assert!(!done(0.0, 0.0, 0.1), "two overlap");
     }
 }

@@ -182,7 +182,8 @@ fn validate_cem(table: &str, cem: &CemSettings, snapshot_step: u32) -> Result<()
     not_negative(&key("std_epsilon"), cem.std_epsilon)?;
     not_negative(&key("std_floor"), cem.std_floor)?;
     not_negative(&key("restart_std"), cem.restart_std)?;
-    not_negative(&key("stop_energy"), cem.stop_energy)
+    not_negative(&key("stop_energy"), cem.stop_energy)?;
+    not_negative(&key("stop_layout_each"), cem.stop_layout_each)
 }
 
 fn count(key: &str, value: u32, least: u32, most: u32) -> Result<(), OptimizeError> {

@@ -148,8 +148,10 @@ pub struct CemSettings {
     pub std_floor: f32,
     /// At the start of an episode after the first, no standard deviation is below this share of its initial value.
     pub restart_std: f32,
-    /// A group is done when its best energy falls below this.
+    /// A group is done when its best energy falls below this …
     pub stop_energy: f32,
+    /// … or that without the layout term does, and this term is below this for each of its objects on average.
+    pub stop_layout_each: f32,
     /// An episode is done when the mean energy of the elites has not fallen by 1 % in so many iterations; 0: never.
     pub patience: u32,
     /// Candidate 0 of every iteration is the mean itself, at first the layout as it stands, instead of a sample; it
@@ -181,6 +183,7 @@ impl Default for CemSettings {
             std_floor: 0.0,
             restart_std: 0.0,
             stop_energy: 0.01,
+            stop_layout_each: 0.0,
             patience: 0,
             sample_mean: false,
             antithetic: false,
