@@ -55,16 +55,21 @@ fn link_at(share: Share, p: u32) -> Link {
     return links[p];
 }
 
-fn friction_row(share: Share, p: u32) -> u32 {
+// Which of its invocation's patches this is.
+fn own(p: u32) -> u32 {
     return p / WAVE_LANES;
 }
 
+fn friction_row(share: Share, p: u32) -> u32 {
+    return own(p);
+}
+
 fn point_row(share: Share, p: u32, link: Link) -> u32 {
-    return p / WAVE_LANES * MAX_MANIFOLD_POINTS;
+    return own(p) * MAX_MANIFOLD_POINTS;
 }
 
 fn is_due(share: Share, p: u32, turn: u32, backwards: bool) -> bool {
-    let its = select(own_turns.xy, own_turns.zw, p >= WAVE_LANES);
+    let its = select(own_turns.xy, own_turns.zw, own(p) == 1u);
     return turn == select(its.x, its.y, backwards);
 }
 
@@ -141,9 +146,9 @@ fn main(
     for (var p = lane; p < count; p += WAVE_LANES) {
         let link = link_of(patches[slots + p]);
         links[p] = link;
-        frictions[p / WAVE_LANES] = all_frictions[rows + p];
+        frictions[own(p)] = all_frictions[rows + p];
         for (var k = 0u; k < link.count; k++) {
-            normals[p / WAVE_LANES * MAX_MANIFOLD_POINTS + k] = all_normals[slots + link.first + k];
+            normals[own(p) * MAX_MANIFOLD_POINTS + k] = all_normals[slots + link.first + k];
         }
     }
     workgroupBarrier();
@@ -159,10 +164,10 @@ fn main(
         all_moving[row + body] = moving[body];
     }
     for (var p = lane; p < count; p += WAVE_LANES) {
-        all_frictions[rows + p] = frictions[p / WAVE_LANES];
+        all_frictions[rows + p] = frictions[own(p)];
         let link = links[p];
         for (var k = 0u; k < link.count; k++) {
-            all_normals[slots + link.first + k] = normals[p / WAVE_LANES * MAX_MANIFOLD_POINTS + k];
+            all_normals[slots + link.first + k] = normals[own(p) * MAX_MANIFOLD_POINTS + k];
         }
     }
     if (lane == 0u) {

@@ -1,5 +1,4 @@
-//! Kernels `solve_bodies`, `solve_load`, `solve_waves`, `solve`, `integrate`: one substep from the CPU's
-//! contacts.
+//! Kernels `solve_bodies`, `solve_load`, `solve_waves`, `solve`, `integrate`: one substep from the CPU's contacts.
 
 use super::Test;
 use super::fixture::{Device, SIZES};
@@ -141,7 +140,8 @@ fn block(x: usize, y: usize, z: usize) -> World {
     scenario.world()
 }
 
-/// A pile that is small enough for a workgroup, and one with too many bodies and patches. Both ways end at the same bits where nothing is fused.
+/// A pile that is small enough for a workgroup, and one with too many bodies and patches. Both ways end at the same
+/// bits where nothing is fused.
 fn every_kernel_does_its_share(device: &Device) -> Result<(), Failed> {
     let settings = SimSettings::default();
     for (world, kernel) in [(block(2, 3, 2), 0), (block(4, 3, 3), 1)] {
