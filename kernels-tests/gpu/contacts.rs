@@ -3,7 +3,7 @@
 use super::Test;
 use super::fixture::{Device, SIZES, noise};
 use super::states::{contact, patch};
-use super::touching::{Expected, Touching, raft, world};
+use super::touching::{Expected, Touching, fan, raft, world};
 use glam::Vec3;
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::contacts::{self, ContactSet, GROUND, Gatherer};
@@ -14,6 +14,7 @@ use rest3d_gpu::world::{Status, World};
 pub const TESTS: &[Test] = &[
     ("contacts::are_their_twin", are_their_twin),
     ("contacts::many_points_are_thinned_out_alike", many_points_are_thinned_out_alike),
+    ("contacts::a_point_between_two_patches_is_of_the_first", a_point_between_two_patches_is_of_the_first),
     ("contacts::overflow_is_flagged", overflow_is_flagged),
     ("contacts::repeat_to_the_bit", repeat_to_the_bit),
     ("contacts::forget_after_reset", forget_after_reset),
@@ -126,6 +127,11 @@ fn are_their_twin(device: &Device) -> Result<(), Failed> {
 /// What gathers more points than are looked at together is thinned out on the way.
 fn many_points_are_thinned_out_alike(device: &Device) -> Result<(), Failed> {
     is_twin(device, &raft(), 65)
+}
+
+/// What looks about the way of several patches goes to the one that was found first.
+fn a_point_between_two_patches_is_of_the_first(device: &Device) -> Result<(), Failed> {
+    is_twin(device, &fan(), 65)
 }
 
 fn is_twin(device: &Device, world: &World, candidates: u32) -> Result<(), Failed> {

@@ -42,6 +42,16 @@ pub fn raft() -> World {
     plate_and(vec![(0..24).map(foot).collect()])
 }
 
+/// The plate and eight larger ones that face it, each turned by ten degrees from the next: points that look about the way
+/// of two patches.
+pub fn fan() -> World {
+    let slab = |i: usize| {
+        let turn = Quat::from_rotation_z((10.0 * i as f32 - 35.0).to_radians());
+        shifted(&cuboid(Vec3::new(0.8, 0.05, 0.6)), Vec3::NEG_Y * 0.1).iter().map(|p| turn * *p).collect()
+    };
+    plate_and(vec![(0..8).map(slab).collect()])
+}
+
 fn plate_and(others: Vec<Vec<Vec<Vec3>>>) -> World {
     let plate = vec![chamfered(Vec3::new(0.6, 0.02, 0.4))];
     let units: Vec<u32> = (1..=others.len() as u32).collect();
