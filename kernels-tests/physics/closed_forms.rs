@@ -4,7 +4,7 @@ use super::{both, drift, measured, settings, undamped};
 use crate::common::hulls::{cuboid, sliced_ball};
 use crate::common::scenario::{Scenario, box_inertia, run};
 use glam::{Quat, Vec3};
-use rest3d_gpu::world::{Backend, Pose};
+use rest3d_gpu::world::{Backend, Pose, Velocity};
 
 /// A slope that rises along +x.
 fn rising(degrees: f32) -> Quat {
@@ -116,8 +116,8 @@ pub fn a_lever_weighs_half_a_percent(backend: &dyn Backend) {
 
 /// A solid ball accelerates with 5/7 g sin θ. These have 168 corners around their equator. They roll slower: a contact
 /// may sink by `LINEAR_SLOP`, so the large one stands on 2 cm of its rim, whose front brakes; the small one turns by up
-/// to 20° between two searches for contacts, and loses 16 %. Without points onto which it may roll it loses 22 %, and
-/// slips by 8 % of its speed.
+/// to 20° between two searches for contacts, and loses 16 %. Without points onto which it may roll it loses 20 %, and
+/// slips by 7 % of its speed.
 pub fn a_ball_rolls(backend: &dyn Backend) {
     for (radius, degrees, tolerance, most_slip) in [(0.5f32, 10.0f32, 0.05, 0.01), (0.05, 20.0, 0.19, 0.05)] {
         for settings in both(backend, 60).map(undamped) {
@@ -125,12 +125,14 @@ pub fn a_ball_rolls(backend: &dyn Backend) {
             let s = on_slope(rising(degrees), sliced_ball(radius, 24, 7), 1.0, inertia, radius);
             let world = s.world();
             let states = run(backend, &world, &settings);
-            let (poses, velocities) = &states[59];
+            let (poses, _) = &states[59];
             let rolled = poses[1].translation.distance(world.start[1].translation);
             let exact = 0.5 * 5.0 / 7.0 * 9.8 * degrees.to_radians().sin();
             measured(&format!("ball of {radius} m, rolled in 1 s at {degrees}°, m"), rolled, exact);
-            let speed = velocities[1].linear.length();
-            let slip = (speed - radius * velocities[1].angular.z).abs() / speed;
+            // Of the mean speeds: at each of its edges a ball of many slips or spins for a moment.
+            let mean = |speed: fn(&Velocity) -> f32| states.iter().map(|(_, v)| speed(&v[1])).sum::<f32>();
+            let (speed, spin) = (mean(|v| v.linear.length()), mean(|v| v.angular.z));
+            let slip = (speed - radius * spin).abs() / speed;
             measured("slip of the rolling ball, share of its speed", slip, 0);
             assert!((rolled - exact).abs() < tolerance * exact, "{radius} m: rolled {rolled} m, expected {exact}");
             assert!(slip < most_slip, "{radius} m: slips by {slip} of its speed");
