@@ -48,7 +48,7 @@ impl Default for SimSettings {
             position_iterations: 6,
             velocity_iterations: 1,
             gravity: -9.8,
-            contact_offset: 0.003,
+            contact_offset: 0.004,
             rest_offset: 0.0,
             max_push_out: 5.0,
             linear_damping: 0.3,
