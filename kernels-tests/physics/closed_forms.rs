@@ -129,9 +129,9 @@ pub fn a_ball_rolls(backend: &dyn Backend) {
             let rolled = poses[1].translation.distance(world.start[1].translation);
             let exact = 0.5 * 5.0 / 7.0 * 9.8 * degrees.to_radians().sin();
             measured(&format!("ball of {radius} m, rolled in 1 s at {degrees}°, m"), rolled, exact);
-            // Of the mean speeds: at each of its edges a ball of many slips or spins for a moment.
-            let mean = |speed: fn(&Velocity) -> f32| states.iter().map(|(_, v)| speed(&v[1])).sum::<f32>();
-            let (speed, spin) = (mean(|v| v.linear.length()), mean(|v| v.angular.z));
+            // Of the sums of all steps: at each of its edges a ball slips or spins for a moment.
+            let sum = |speed: fn(&Velocity) -> f32| states.iter().map(|(_, v)| speed(&v[1])).sum::<f32>();
+            let (speed, spin) = (sum(|v| v.linear.length()), sum(|v| v.angular.z));
             let slip = (speed - radius * spin).abs() / speed;
             measured("slip of the rolling ball, share of its speed", slip, 0);
             assert!((rolled - exact).abs() < tolerance * exact, "{radius} m: rolled {rolled} m, expected {exact}");
