@@ -24,7 +24,7 @@ use crate::scene;
 use crate::world::{BackendError, Flow};
 use runs::{LEVEL_OTHERWISE, Model};
 use std::sync::{Arc, atomic::AtomicBool};
-use tolerances::{FINALISTS, PATIENCE, ROUNDS, WORTH};
+use tolerances::{FINALISTS, PATIENCE, PATIENCE_WHILE_MISPLACED, ROUNDS, WORTH};
 use trial::{Release, Trial};
 
 /// Poses of all objects.
@@ -77,14 +77,14 @@ impl<'a> Opinions<'a> {
     ) -> Result<Flow, BackendError> {
         let (mut progress, mut best) = match state.opinion() {
             Some((progress, layout)) => (progress, self.judge(vec![layout])?.swap_remove(0)),
-            None => (Progress::default(), self.roomy(layout)?),
+            None => (Progress::default(), self.start(layout)?),
         };
         let mut flow = self.flow();
         if flow == Flow::Stop {
             state.opinion().into_iter().for_each(|(_, known)| *layout = known);
             return Ok(flow);
         }
-        while progress.rounds < ROUNDS && progress.idle < PATIENCE && !best.failing.is_empty() {
+        while progress.rounds < ROUNDS && progress.idle < patience(&best) && !best.failing.is_empty() {
             state.set_opinion(progress, &best.layout);
             let (failing, round) = (best.failing.len(), [progress.rounds + 1, ROUNDS]);
             flow = observer.event(Event::Reconsidering { failing, round, checkpoint: state });
@@ -114,6 +114,21 @@ impl<'a> Opinions<'a> {
     /// Whether to go on: if not, what was simulated last means nothing.
     fn flow(&self) -> Flow {
         flow(&self.stop)
+    }
+
+    /// What the rounds start from: the layout with some room; or as everything comes to rest where it was set onto its
+    /// support before the search, which may have pushed something off that stood there; or a mixture of these.
+    fn start(&self, layout: &Layout) -> Result<Trial, BackendError> {
+        let found = self.roomy(layout)?;
+        if found.failing.is_empty() {
+            return Ok(found);
+        }
+        let rest = |layout: &Layout| self.judge(self.settled(&self.settling, std::slice::from_ref(layout))?);
+        let seated = rest(&self.run.seated)?;
+        let mixture = rest(&mixed(&found, &seated, &found.failing))?;
+        let others = mixture.into_iter().chain(seated).filter(|trial| trial.cost + WORTH < found.cost);
+        let cheapest = others.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        Ok(cheapest.unwrap_or(found))
     }
 
     /// The layout, or the same with room between what stands side by side if that costs no support: other engines'
@@ -157,6 +172,11 @@ impl<'a> Opinions<'a> {
     }
 }
 
+/// So many rounds may find nothing better than this one.
+fn patience(best: &Trial) -> u32 {
+    if best.misplaced { PATIENCE_WHILE_MISPLACED } else { PATIENCE }
+}
+
 /// The best layout with each of these objects as it is in the trial in which it costs least.
 fn mixed(best: &Trial, trials: &[Trial], objects: &[usize]) -> Layout {
     let mut layout = best.layout.clone();
@@ -179,6 +199,7 @@ mod tests {
             failing: failing.to_vec(),
             lost: Vec::new(),
             astray: Vec::new(),
+            misplaced: false,
             cost: costs.iter().sum(),
             costs: costs.to_vec(),
             released: Vec::new(),

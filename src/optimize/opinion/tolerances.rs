@@ -1,10 +1,13 @@
 //! What the second opinion looks at, and what a layout costs it: a radian, or 17 cm, is 1.
 
 /// Most rounds.
-pub(super) const ROUNDS: u32 = 6;
+pub(super) const ROUNDS: u32 = 20;
 
-/// So many rounds in a row that find nothing better are the last.
+/// So many rounds in a row that find nothing better are the last …
 pub(super) const PATIENCE: u32 = 2;
+
+/// … and so many while something has lost its support, has fallen over or is on another level.
+pub(super) const PATIENCE_WHILE_MISPLACED: u32 = 4;
 
 /// Copies that a round looks at.
 pub(super) const COPIES: u32 = 64;

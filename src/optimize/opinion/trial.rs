@@ -28,6 +28,8 @@ pub(super) struct Trial {
     pub lost: Vec<usize>,
     /// Those; if there are none, those that lean or have fallen.
     pub astray: Vec<usize>,
+    /// True if something has lost its support, has fallen over or is on another level.
+    pub misplaced: bool,
     /// How far the objects are from the reconstruction and how much farther they go when let go, on average over the
     /// runs, as the layout term weighs it; and what it costs that they lost their supports, fell or moved.
     pub cost: f64,
@@ -146,16 +148,15 @@ impl Opinions<'_> {
         };
         let moving: Vec<usize> = movable().filter(|&object| moves[object] > 0.0).collect();
         let failing = movable().filter(|&object| moves[object] > 0.0 || astray.contains(&object)).collect();
-        let price = |object: usize| {
-            self.distance(object, &layout[object])
-                + released[object].farther
-                + if unsupported[object] { LOST } else { 0.0 }
-                + self.misplaced(object, &layout[object])
-                + moves[object]
-        };
+        let mut misplaced = vec![0.0; layout.len()];
         let mut costs = vec![0.0; layout.len()];
-        movable().for_each(|object| costs[object] = price(object));
-        Ok(Trial { moving, failing, lost, astray, cost: costs.iter().sum(), costs, released, layout })
+        for object in movable() {
+            misplaced[object] = self.misplaced(object, &layout[object]) + if unsupported[object] { LOST } else { 0.0 };
+            let distance = self.distance(object, &layout[object]);
+            costs[object] = distance + released[object].farther + misplaced[object] + moves[object];
+        }
+        let misplaced = misplaced.iter().any(|&cost| cost > 0.0);
+        Ok(Trial { moving, failing, lost, astray, misplaced, cost: costs.iter().sum(), costs, released, layout })
     }
 
     /// True for what has lost its support.
@@ -240,6 +241,7 @@ mod tests {
             failing: (0..costs.len()).collect(),
             lost: Vec::new(),
             astray: Vec::new(),
+            misplaced: false,
             cost: costs.iter().sum(),
             costs,
             released: Vec::new(),
