@@ -161,7 +161,8 @@ impl<'a> Opinions<'a> {
         let settings = &self.run.config.verify;
         let mut stays = vec![true; layout.len()];
         for model @ Model { world, simulation, .. } in LEVEL_OTHERWISE.map(|run| &self.models[run]) {
-            let checked = verify(self.run.backend, world, simulation, settings, &self.starts(model, layout), &GO_ON)?;
+            let starts = self.starts(model, layout);
+            let checked = verify(self.run.backend, world, simulation, settings, None, &starts, &GO_ON)?;
             if checked.usable[0] {
                 self.group
                     .moving()
