@@ -125,7 +125,7 @@ impl Run<'_> {
     fn written(&self, global: &Group, layout: &[scene::Pose]) -> Result<(Written, Option<Verified>), BackendError> {
         let check = |written: &Written| {
             let (world, starts) = self.let_go(global, &written.rigs, layout);
-            verify(self.backend, &world, &self.config.fine(), &self.config.verify, None, &starts, &GO_ON)
+            verify(self.backend, &world, &self.config.fine(), &self.config.verify, &starts, &GO_ON)
         };
         let searched = Written::new(self.shapes, layout, &vec![true; layout.len()]);
         let known = check(&searched)?;

@@ -1,9 +1,9 @@
 //! The check of the result: one more simulation with the settings of a candidate, and what moved in it.
 
 use super::config::VerifySettings;
-use super::settle::{Rest, flow, in_portions, steps, usable};
+use super::settle::{flow, in_portions, steps, usable};
 use super::tolerances::{FARTHER, TURNED};
-use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, World, angle_between};
+use crate::world::{Backend, BackendError, Pose, SimSettings, World, angle_between};
 use std::sync::atomic::AtomicBool;
 
 /// What one body did during the check.
@@ -47,18 +47,15 @@ pub(super) struct Verified {
     pub poses: Vec<Pose>,
 }
 
-/// Simulates from `starts`, candidate-major: to the end, or each candidate until all of it was slower than `rest_speed`
-/// (m/s and rad/s) for half a second. Once `stop` is true it ends, and the result means nothing.
+/// Simulates from `starts`, candidate-major. Once `stop` is true it ends, and the result means nothing.
 pub(super) fn verify(
     backend: &dyn Backend,
     world: &World,
     simulation: &SimSettings,
     settings: &VerifySettings,
-    rest_speed: Option<f32>,
     starts: &[Pose],
     stop: &AtomicBool,
 ) -> Result<Verified, BackendError> {
-    let bodies = world.bodies.len().max(1);
     let simulation = SimSettings { steps: steps(settings.seconds, simulation.dt), ..simulation.clone() };
     let mut motions = vec![Motion::default(); starts.len()];
     let mut poses = starts.to_vec();
@@ -66,24 +63,14 @@ pub(super) fn verify(
     in_portions(backend, world, starts, &mut |portion| {
         let (poses, motions) = (&mut poses[portion.clone()], &mut motions[portion.clone()]);
         motions.fill(Motion::default());
-        let mut rest = rest_speed.map(|speed| Rest::new(poses.len() / bodies, simulation.dt, speed));
-        statuses.extend(backend.simulate_each(
-            world,
-            &simulation,
-            &starts[portion],
-            &mut |candidate, now, velocities| {
-                let own = candidate * bodies..(candidate + 1) * bodies;
-                poses[own.clone()].copy_from_slice(now);
-                for (motion, velocity) in motions[own].iter_mut().zip(velocities) {
-                    motion.peak_speed = motion.peak_speed.max(velocity.linear.length().into());
-                    motion.peak_spin = motion.peak_spin.max(velocity.angular.length().into());
-                }
-                match (flow(stop), &mut rest) {
-                    (Flow::Continue, Some(rest)) => rest.watch(candidate, velocities),
-                    (flow, _) => flow,
-                }
-            },
-        )?);
+        statuses.extend(backend.simulate(world, &simulation, &starts[portion], &mut |_, now, velocities| {
+            poses.copy_from_slice(now);
+            for (motion, velocity) in motions.iter_mut().zip(velocities) {
+                motion.peak_speed = motion.peak_speed.max(velocity.linear.length().into());
+                motion.peak_spin = motion.peak_spin.max(velocity.angular.length().into());
+            }
+            flow(stop)
+        })?);
         Ok(())
     })?;
     for ((motion, start), end) in motions.iter_mut().zip(starts).zip(&poses) {

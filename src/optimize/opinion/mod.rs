@@ -161,8 +161,7 @@ impl<'a> Opinions<'a> {
         let settings = &self.run.config.verify;
         let mut stays = vec![true; layout.len()];
         for model @ Model { world, simulation, .. } in LEVEL_OTHERWISE.map(|run| &self.models[run]) {
-            let starts = self.starts(model, layout);
-            let checked = verify(self.run.backend, world, simulation, settings, None, &starts, &GO_ON)?;
+            let checked = verify(self.run.backend, world, simulation, settings, &self.starts(model, layout), &GO_ON)?;
             if checked.usable[0] {
                 self.group
                     .moving()

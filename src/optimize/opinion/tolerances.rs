@@ -38,10 +38,6 @@ pub(super) const SLIPPERY: f32 = 0.7;
 /// How long things are let go on slopes, at most, s: what rolls does so at once, and time is what these runs cost.
 pub(super) const ON_SLOPE_SECONDS: f32 = 2.0;
 
-/// A run ends early once nothing in it has been faster than this for half a second, m/s and rad/s: the 5 s that are left
-/// at most would not take it a tenth of the way that counts as moving.
-pub(super) const AT_REST: f32 = 1e-3;
-
 /// Share of that time that V-HACD's runs take in a round: with so many copies they take longest of all, and what a round
 /// finds is looked at once more for the whole time.
 pub(super) const HASTE: f32 = 0.5;

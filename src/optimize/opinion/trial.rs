@@ -1,6 +1,6 @@
 //! What a layout at rest costs: it is let go in all runs.
 
-use super::tolerances::{AT_REST, CALM, FELL, JAMS, LEADERS, LEADERS_OF_ONE, LEANING, LEVELS_APART, LOST, ON_ANOTHER_LEVEL};
+use super::tolerances::{CALM, FELL, JAMS, LEADERS, LEADERS_OF_ONE, LEANING, LEVELS_APART, LOST, ON_ANOTHER_LEVEL};
 use super::{
     Layout, Opinions,
     runs::{LAPS, Model},
@@ -95,8 +95,7 @@ impl Opinions<'_> {
     ) -> Result<Vec<Trial>, BackendError> {
         let run = |model: &Model| {
             let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-            let Model { world, simulation, check, .. } = model;
-            verify(self.run.backend, world, simulation, check, Some(AT_REST), &starts, &self.stop)
+            verify(self.run.backend, &model.world, &model.simulation, &model.check, &starts, &self.stop)
         };
         let runs = self.beside(layouts.len(), models, run)?;
         for (Model { world, check, price, .. }, run) in models.iter().zip(runs) {
