@@ -3,14 +3,14 @@
 use super::{Failure, painter, say};
 use rest3d_gpu::cpu::CpuPainter;
 use rest3d_gpu::gpu::AdapterChoice;
-use rest3d_gpu::render::{Models, Painter, Picture, RenderError, Size, Viewpoint, camera, stage};
+use rest3d_gpu::render::{Models, Painter, Picture, RenderError, Size, Viewpoint, camera, share_a_view, stage};
 use rest3d_gpu::scene::Scene;
 use std::time::Instant;
 
 /// Smaller than that of `render`, because nobody asked for them by name.
 const SIZE: Size = Size { width: 1200, height: 900 };
 
-/// The scene before and after as PNG files, from the same camera: drawn on the adapter that simulated, else by the
+/// The scene before and after as PNG files, from the same camera, which shows all of both: drawn on the adapter that simulated, else by the
 /// processor, which needs no driver. What goes wrong is told, and there are none.
 pub fn before_and_after(before: &Scene, after: &Scene, adapter: Option<&AdapterChoice>) -> Option<[Vec<u8>; 2]> {
     match drawn(before, after, adapter) {
@@ -30,7 +30,10 @@ fn drawn(before: &Scene, after: &Scene, adapter: Option<&AdapterChoice>) -> Resu
         say(format_args!("warning: {note}"));
     }
     let second = stage(after, &mut models)?;
-    let camera = camera(Viewpoint::Auto, before, &[&first], SIZE);
+    // What has rolled far away is no reason to show the room from afar.
+    let stages = [&first, &second];
+    let framed = if share_a_view(&stages) { &stages[..] } else { &stages[..1] };
+    let camera = camera(Viewpoint::Auto, before, framed, SIZE);
     let both = |painter: &dyn Painter| -> Result<[Picture; 2], RenderError> {
         Ok([painter.paint(&first, &camera, SIZE)?, painter.paint(&second, &camera, SIZE)?])
     };
