@@ -10,8 +10,8 @@ use std::time::Instant;
 /// Smaller than that of `render`, because nobody asked for them by name.
 const SIZE: Size = Size { width: 1200, height: 900 };
 
-/// The scene before and after as PNG files, from the same camera, which shows all of both: drawn on the adapter that simulated, else by the
-/// processor, which needs no driver. What goes wrong is told, and there are none.
+/// The scene before and after as PNG files, from the same camera, which shows all of both: drawn on the adapter that
+/// simulated, else by the processor, which needs no driver. What goes wrong is told, and there are none.
 pub fn before_and_after(before: &Scene, after: &Scene, adapter: Option<&AdapterChoice>) -> Option<[Vec<u8>; 2]> {
     match drawn(before, after, adapter) {
         Ok(pictures) => Some(pictures),
