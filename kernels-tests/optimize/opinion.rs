@@ -14,7 +14,10 @@ fn what_the_search_pushed_off_its_support_is_set_onto_it_again() {
     let mut boxes = Boxes::default();
     let table = boxes.add("table", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
     let cup = boxes.add("cup", Parent::Object(table), Vec3::splat(0.1), DVec3::Y * 0.5);
+    // It reaches 1.5 mm into the cup's place: no reason to look for another one.
+    let stone = boxes.add("stone", GROUND, Vec3::splat(0.2), DVec3::new(0.1485, 0.5, 0.0));
     boxes.objects[table].movable = false;
+    boxes.objects[stone].movable = false;
     let with = |second_opinion, room| {
         let backend = Fake { slide: Vec3::X * 0.8, room, ..Default::default() };
         simple(&boxes, &backend, &Config { second_opinion, ..frozen() }).objects[cup].clone()
@@ -26,20 +29,22 @@ fn what_the_search_pushed_off_its_support_is_set_onto_it_again() {
     assert!(!object.lost_support && object.moved < 1e-3, "{object:?}");
 }
 
-/// A cup beside the edge of its table, in the air.
+/// A cup beside the edge of its table, in the air. A stone leaves it no room at the nearest place.
 #[test]
 fn what_has_no_support_is_set_onto_the_nearest_place_that_bears_it() {
     let mut boxes = Boxes::default();
     let table = boxes.add("table", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
     let cup = boxes.add("cup", Parent::Object(table), Vec3::splat(0.1), DVec3::new(0.58, 0.5, 0.0));
+    let stone = boxes.add("stone", GROUND, Vec3::new(0.1, 0.1, 0.04), DVec3::new(0.47, 0.5, 0.0));
     boxes.objects[table].movable = false;
+    boxes.objects[stone].movable = false;
     let with = |second_opinion| {
         let config = Config { second_opinion, ..frozen() };
         simple(&boxes, &Fake::default(), &config).objects[cup].clone()
     };
     assert!(with(false).lost_support);
     let object = with(true);
-    assert!(!object.lost_support && (0.025..0.06).contains(&object.moved), "{object:?}");
+    assert!(!object.lost_support && (0.06..0.1).contains(&object.moved), "{object:?}");
 }
 
 /// A plank with its head 3 cm in a beam, which pushes it over until it leans against a stone.

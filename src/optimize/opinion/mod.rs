@@ -192,9 +192,8 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    #[test]
-    fn a_mixture_takes_the_cheapest_of_what_fails() {
-        let trial = |x: f64, costs: [f64; 3], failing: &[usize]| Trial {
+    fn trial(x: f64, costs: [f64; 3], failing: &[usize]) -> Trial {
+        Trial {
             moving: Vec::new(),
             failing: failing.to_vec(),
             lost: Vec::new(),
@@ -204,7 +203,17 @@ mod tests {
             costs: costs.to_vec(),
             released: Vec::new(),
             layout: vec![scene::Pose { translation: DVec3::X * x, ..scene::Pose::IDENTITY }; 3],
-        };
+        }
+    }
+
+    #[test]
+    fn what_is_misplaced_is_worth_more_rounds() {
+        let [placed, misplaced] = [false, true].map(|misplaced| Trial { misplaced, ..trial(0.0, [5.0; 3], &[0]) });
+        assert!(patience(&misplaced) > patience(&placed));
+    }
+
+    #[test]
+    fn a_mixture_takes_the_cheapest_of_what_fails() {
         let best = trial(0.0, [5.0, 2.0, 3.0], &[0, 1]);
         let trials = [trial(1.0, [4.0, 3.0, 0.0], &[]), trial(2.0, [1.0, 9.0, 0.0], &[0, 1])];
         let mixed = mixed(&best, &trials, &best.failing);

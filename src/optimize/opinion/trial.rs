@@ -148,14 +148,14 @@ impl Opinions<'_> {
         };
         let moving: Vec<usize> = movable().filter(|&object| moves[object] > 0.0).collect();
         let failing = movable().filter(|&object| moves[object] > 0.0 || astray.contains(&object)).collect();
-        let mut misplaced = vec![0.0; layout.len()];
         let mut costs = vec![0.0; layout.len()];
+        let mut misplaced = false;
         for object in movable() {
-            misplaced[object] = self.misplaced(object, &layout[object]) + if unsupported[object] { LOST } else { 0.0 };
+            let place = self.misplaced(object, &layout[object]) + if unsupported[object] { LOST } else { 0.0 };
             let distance = self.distance(object, &layout[object]);
-            costs[object] = distance + released[object].farther + misplaced[object] + moves[object];
+            costs[object] = distance + released[object].farther + place + moves[object];
+            misplaced |= place > 0.0;
         }
-        let misplaced = misplaced.iter().any(|&cost| cost > 0.0);
         Ok(Trial { moving, failing, lost, astray, misplaced, cost: costs.iter().sum(), costs, released, layout })
     }
 
