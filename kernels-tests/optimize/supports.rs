@@ -61,8 +61,8 @@ fn what_would_fall_off_its_support_is_moved_inwards() {
 }
 
 /// Where a toy 10 cm long ends that is inside a tray 50 cm long, or on it, with rims 2 cm wide and 8 cm high on a floor
-/// of 2 cm. Its middle is at `x` and its bottom on the floor.
-fn toy_at(x: f64, relation: Relation) -> DVec3 {
+/// of 2 cm. Its middle is at `x` and its bottom at `y`.
+fn toy_at(x: f64, y: f64, relation: Relation) -> DVec3 {
     let mut boxes = Boxes::default();
     let tray = boxes.add("tray", GROUND, Vec3::new(0.5, 0.1, 0.4), DVec3::ZERO);
     boxes.objects[tray].movable = false;
@@ -79,7 +79,7 @@ fn toy_at(x: f64, relation: Relation) -> DVec3 {
         part(Vec3::new(-0.23, 0.02, -0.2), Vec3::new(0.23, 0.1, -0.18)),
         part(Vec3::new(-0.23, 0.02, 0.18), Vec3::new(0.23, 0.1, 0.2)),
     ];
-    let toy = boxes.add("toy", Parent::Object(tray), Vec3::new(0.1, 0.04, 0.06), DVec3::new(x, 0.02, 0.0));
+    let toy = boxes.add("toy", Parent::Object(tray), Vec3::new(0.1, 0.04, 0.06), DVec3::new(x, y, 0.0));
     let mut scene = boxes.scene();
     scene.objects[toy].relation = relation;
     let config = Config { seat: true, ..frozen() };
@@ -90,13 +90,18 @@ fn toy_at(x: f64, relation: Relation) -> DVec3 {
 
 #[test]
 fn what_is_inside_is_not_set_onto_the_rim() {
-    for (x, least, most) in [(0.1, -1e-3, 1e-3), (0.2, 0.01, 0.04), (-0.22, 0.03, 0.06)] {
-        let place = toy_at(x, Relation::Inside);
-        assert!((place.y - 0.02).abs() < 1e-3, "from {x}: {place}");
-        assert!((least..=most).contains(&(x.abs() - place.x.abs())), "from {x}: {place}");
+    for relation in [Relation::Inside, Relation::On] {
+        for (x, least, most) in [(0.1, -1e-3, 1e-3), (0.2, 0.01, 0.04), (-0.22, 0.03, 0.06)] {
+            let place = toy_at(x, 0.02, relation);
+            assert!((place.y - 0.02).abs() < 1e-3, "{relation:?} from {x}: {place}");
+            assert!((least..=most).contains(&(x.abs() - place.x.abs())), "{relation:?} from {x}: {place}");
+        }
     }
-    // What is on it may be on its rim.
-    let place = toy_at(0.24, Relation::On);
+}
+
+#[test]
+fn what_is_on_something_may_be_on_its_rim() {
+    let place = toy_at(0.24, 0.08, Relation::On);
     assert!((place.y - 0.1).abs() < 1e-3 && (place.x - 0.24).abs() < 0.02, "{place}");
 }
 

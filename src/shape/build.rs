@@ -6,6 +6,7 @@ use super::voxels;
 use super::{
     Alternative, Cache, MAX_REACH, Mesh, Part, Quality, Shape, ShapeError, ShapeRequest, ShapeSettings,
     cache::Key,
+    category::USUAL_BUDGET,
     cover, decompose, divide, hull,
     hull::Hull,
     mass,
@@ -24,7 +25,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 43";
+const ALGORITHM: &str = "shape 44";
 /// What the cache holds of a shape: all but the mass, which depends on the category, and the alternatives, which have
 /// an entry of their own.
 #[derive(Clone, Serialize, Deserialize)]
@@ -220,10 +221,10 @@ impl<'a> Source<'a> {
 
     fn entry(&self, given: &[Mesh], budget: usize) -> Entry {
         let (triangles, levels, solid) = &*self.made;
-        let Self { bears, settings, .. } = *self;
+        let settings = self.settings;
         let mut notes = Vec::new();
         let mut hulls = if given.is_empty() {
-            decompose::decompose(triangles, solid, levels, budget, bears, settings, &mut notes)
+            self.cut(budget, &mut notes)
         } else {
             let points: Vec<Vec<Vec3>> = given.iter().map(|g| corners(g).into_iter().flatten().collect()).collect();
             let ready = |(i, points): (usize, &Vec<Vec3>)| ready_made(i, points, levels, settings, &mut notes);
@@ -244,6 +245,29 @@ impl<'a> Source<'a> {
             notes.push(format!("the parts leave up to {:.0} mm of the mesh uncovered", quality.uncovered_max_mm));
         }
         Entry { quality, own: Body::new(hulls, given.is_empty()), notes }
+    }
+
+    /// Its parts. What few parts stand for so badly that they are cut into more than most objects have is cut into as
+    /// many as those from the start, if it then takes no more and holds less: merged boards that close the slots between
+    /// them stay merged, however often they are cut.
+    fn cut(&self, budget: usize, notes: &mut Vec<String>) -> Vec<Hull> {
+        let (triangles, levels, solid) = &*self.made;
+        let cut = |budget: usize| {
+            let mut notes = Vec::new();
+            let hulls = decompose::decompose(triangles, solid, levels, budget, self.bears, self.settings, &mut notes);
+            (hulls, notes)
+        };
+        let volume = |hulls: &[Hull]| hulls.iter().map(Hull::volume).sum::<f32>();
+        let most = USUAL_BUDGET.min(self.settings.max_parts);
+        let mut best = cut(budget);
+        if best.0.len() > most && budget < most {
+            let other = cut(most);
+            if other.0.len() <= best.0.len() && volume(&other.0) < volume(&best.0) {
+                best = other;
+            }
+        }
+        notes.append(&mut best.1);
+        best.0
     }
 
     /// The alternatives: by the same method, and by V-HACD; none where one finds nothing.

@@ -26,7 +26,7 @@ use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, Wo
 use glam::Vec3;
 use parry3d::math::Pose as Isometry;
 use parry3d::shape::ConvexPolyhedron;
-use tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, MAX_SINK, MAX_SLIDE, MAX_TURN, REST_SECONDS, STEEP, SUNK};
+use tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, MAX_SINK, MAX_SLIDE, MAX_TURN, REST_SECONDS, STEEP, SUNK, SUNK_ON};
 
 /// Parts of one object in world coordinates.
 struct Solid {
@@ -251,18 +251,20 @@ impl Seat<'_> {
         support_shift(&Solid::new(&self.rigs[object], pose, FOOTPRINT), bearer)
     }
 
-    /// Shifts an object that is inside another, but reaches into its side and would have to be raised onto its rim, to
-    /// the nearest place where it rests closer to its own height.
+    /// Shifts an object that is inside another or on it, but reaches into its side and would have to be raised onto its
+    /// rim, to the nearest place where it rests closer to its own height.
     fn step_inside(&self, object: usize, layout: &mut [scene::Pose]) {
-        let Object { relation: Relation::Inside, parent: Parent::Object(parent), .. } = self.scene.objects[object]
-        else {
-            return;
+        let Object { relation, parent: Parent::Object(parent), .. } = self.scene.objects[object] else { return };
+        let sunk = match relation {
+            Relation::Inside => SUNK,
+            Relation::On => SUNK_ON,
+            _ => return,
         };
         let bearer = Solid::new(&self.rigs[parent], &layout[parent], 1.0);
         let here = layout[object];
         let raise = self.support(object, &here, &bearer).unwrap_or(0.0);
         let (mut least, mut nearest) = (STEEP * f64::from(raise), here);
-        for distance in DISTANCES.into_iter().filter(|_| raise > SUNK) {
+        for distance in DISTANCES.into_iter().filter(|_| raise > sunk) {
             if distance >= least {
                 break;
             }

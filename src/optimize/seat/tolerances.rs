@@ -8,8 +8,12 @@ pub(super) const MAX_SHIFT: f32 = 0.2;
 /// still stands on the board.
 pub(super) const FOOTPRINT: f32 = 0.8;
 
-/// An object inside another that has to be raised by more than this is looked for a place beside, m.
+/// An object inside another that has to be raised by more than this is looked for a place beside, m …
 pub(super) const SUNK: f32 = 0.01;
+
+/// … and so is one on another, from this on: reconstructions sink what stands on a table by centimetres, and a tray's rim
+/// is higher.
+pub(super) const SUNK_ON: f32 = 0.03;
 
 /// So much longer a way counts up or down than sideways: reconstructions err less in heights.
 pub(super) const STEEP: f64 = 2.0;
