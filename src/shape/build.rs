@@ -25,7 +25,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Changes whenever the same input would give other parts, so that old cache entries are not found.
-const ALGORITHM: &str = "shape 44";
+const ALGORITHM: &str = "shape 45";
 /// What the cache holds of a shape: all but the mass, which depends on the category, and the alternatives, which have
 /// an entry of their own.
 #[derive(Clone, Serialize, Deserialize)]
@@ -248,7 +248,7 @@ impl<'a> Source<'a> {
     }
 
     /// Its parts. What few parts stand for so badly that they are cut into more than most objects have is cut into as
-    /// many as those from the start, if it then takes no more and holds less: merged boards that close the slots between
+    /// many as those from the start, if it then takes fewer and holds less: merged boards that close the slots between
     /// them stay merged, however often they are cut.
     fn cut(&self, budget: usize, notes: &mut Vec<String>) -> Vec<Hull> {
         let (triangles, levels, solid) = &*self.made;
@@ -262,7 +262,7 @@ impl<'a> Source<'a> {
         let mut best = cut(budget);
         if best.0.len() > most && budget < most {
             let other = cut(most);
-            if other.0.len() <= best.0.len() && volume(&other.0) < volume(&best.0) {
+            if other.0.len() < best.0.len() && volume(&other.0) < volume(&best.0) {
                 best = other;
             }
         }
