@@ -38,6 +38,20 @@ fn lost_support_is_seen() {
     assert_eq!(lost, ["far", "on the floor", "floats", "beside it", "plank over the edge"]);
 }
 
+#[test]
+fn what_hangs_on_something_and_does_not_touch_it_is_told() {
+    let notes = |gap: f64| {
+        let mut boxes = Boxes::default();
+        let board = boxes.add("board", WALL, Vec3::new(1.0, 1.0, 0.02), DVec3::Y);
+        let bag = boxes.add("bag", Parent::Object(board), Vec3::splat(0.2), DVec3::new(0.0, 1.2, 0.11 + gap));
+        let mut scene = boxes.scene();
+        scene.objects[bag].relation = Relation::Hanging;
+        run(&scene, &boxes.shapes, &Fake::default(), &frozen(), 1, None, &mut Watch::default()).unwrap().notes
+    };
+    let told = |notes: &[String]| notes.iter().any(|note| note.contains("\"bag\" does not touch \"board\""));
+    assert!(told(&notes(0.05)) && !told(&notes(0.001)), "{:?} {:?}", notes(0.05), notes(0.001));
+}
+
 /// What becomes of a crate of 20 cm whose middle is at `x` on a table that ends at 0.5 m.
 fn crate_at(x: f64) -> ObjectOutcome {
     let mut boxes = Boxes::default();

@@ -53,6 +53,8 @@ fn what_leans_needs_its_wall_and_keeps_leaning() {
             assert!(outcome.turned < 0.12, "{name} leans as it did, but for {} rad", outcome.turned);
             assert!((-SUNK..TOUCHES).contains(&done.nearest_gap(ready.index(name))), "{name}");
         }
+        let told = done.outcome.notes.iter().find(|note| note.contains("leans"));
+        assert!(told.is_some_and(|note| note.contains("mattress, picture; ")), "{:?}", done.outcome.notes);
         let alone = ready.run(&Config { room: false, ..config() });
         let fallen =
             alone.outcome.objects.iter().filter(|object| object.fallen || !object.stable || object.turned > 0.15);

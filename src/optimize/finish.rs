@@ -84,6 +84,10 @@ impl Run<'_> {
         let mut placements = self.placements.clone();
         let placer = Placer { scene: self.scene, room: &self.room, forms: &self.forms, rigs: &self.rigs };
         state.notes.extend(placer.measure(&layout, &mut placements));
+        state.notes.extend(support::detached(self.scene, &self.rigs, &layout).into_iter().map(|pair| {
+            let [object, parent] = pair.map(|i| &self.scene.objects[i].name);
+            format!("\"{object}\" does not touch \"{parent}\", on which it hangs: its place is the reconstruction's")
+        }));
         for (object, overlap) in self.scene.objects.iter().zip(&overlaps).filter(|(_, overlap)| **overlap > JAMMED) {
             state.notes.push(format!(
                 "\"{}\" is stuck {:.0} mm deep in another object: engines throw such things apart",

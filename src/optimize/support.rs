@@ -7,7 +7,7 @@
 
 use super::rig::Rig;
 use super::tolerances::{BEARS_WITHIN, UPWARD};
-use crate::scene::{Parent, Relation, Root, Scene};
+use crate::scene::{self, Parent, Relation, Root, Scene};
 use crate::world::Pose;
 use glam::Vec3;
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
@@ -96,6 +96,17 @@ pub(super) fn lost(scene: &Scene, rigs: &[Rig], poses: &[Pose]) -> Vec<bool> {
         }
     }
     borne.into_iter().map(|borne| !borne).collect()
+}
+
+/// Objects that hang on another one or are fastened to it, take no part in the simulation, and do not touch that one.
+pub(super) fn detached(scene: &Scene, rigs: &[Rig], layout: &[scene::Pose]) -> Vec<[usize; 2]> {
+    let placed = |i: usize| Placed::new(&rigs[i], &rigs[i].body(&layout[i]));
+    let on_object = |i: usize| match (scene.objects[i].parent, scene.objects[i].relation) {
+        (Parent::Object(parent), Relation::Hanging | Relation::Attached) => Some([i, parent]),
+        _ => None,
+    };
+    let fixed = (0..layout.len()).filter(|&i| scene.is_static(i)).filter_map(on_object);
+    fixed.filter(|&[object, parent]| !placed(parent).touches(&placed(object))).collect()
 }
 
 #[cfg(test)]

@@ -12,6 +12,9 @@ use crate::scene::{Parent, Pose, Root, Scene};
 use glam::{DQuat, DVec3, Vec3Swizzles};
 use std::f64::consts::PI;
 
+/// The note of what was left leaning on its wall.
+const LEANS: &str = "leans on its wall";
+
 /// Places the objects of a scene in its room.
 pub(in crate::optimize) struct Placer<'a> {
     pub scene: &'a Scene,
@@ -55,7 +58,7 @@ impl Placer<'_> {
             return Some(Placement::at(self.room, index, &note));
         }
         if leans {
-            return Some(Placement::at(self.room, index, "leans on its wall"));
+            return Some(Placement::at(self.room, index, LEANS));
         }
         let mut placement = Placement::at(self.room, index, "");
         self.turn(object, wall.normal, &mut placement, layout);
@@ -205,6 +208,16 @@ impl Placer<'_> {
                     notes.push(format!("{}: reaches {beyond:.2} m through the ceiling", object.name));
                 }
             }
+        }
+        let leans = |i: &usize| placements[*i].as_ref().is_some_and(|placement| placement.note == LEANS);
+        let leaning: Vec<&str> =
+            (0..placements.len()).filter(leans).map(|i| self.scene.objects[i].name.as_str()).collect();
+        if !leaning.is_empty() {
+            notes.push(format!(
+                "on a wall leans: {}; where objects are loaded without walls, add those of report.json as static planes, \
+                 or it falls",
+                leaning.join(", ")
+            ));
         }
         for (_, wall) in self.room.walls().filter(|(_, wall)| !wall.fitted && !wall.bears) {
             notes.push(format!(
