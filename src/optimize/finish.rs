@@ -86,7 +86,7 @@ impl Run<'_> {
         state.notes.extend(placer.measure(&layout, &mut placements));
         state.notes.extend(support::detached(self.scene, &self.rigs, &layout).into_iter().map(|pair| {
             let [object, parent] = pair.map(|i| &self.scene.objects[i].name);
-            format!("\"{object}\" does not touch \"{parent}\", on which it hangs: its place is the reconstruction's")
+            format!("\"{object}\" does not touch \"{parent}\", which is to hold it, and keeps its place: see to it")
         }));
         for (object, overlap) in self.scene.objects.iter().zip(&overlaps).filter(|(_, overlap)| **overlap > JAMMED) {
             state.notes.push(format!(
