@@ -7,7 +7,7 @@
 //! object's footprint (REST3D's stage 2b, which takes the parent's highest point instead). Then the object is simulated
 //! alone on its held parent: a desk that leans by two degrees would otherwise throw about what the search has carefully
 //! set onto it, when at last it falls level. What falls over alone is tried once more upright, or against its wall if
-//! the scene says that it stands at one; what rolls is set down in the nearest pose in which it stays (`roll`).
+//! the scene says that it stands at one; what rolls is set down in the nearest pose in which it stays, if need be leaning on what is beside it (`roll`).
 
 mod edge;
 mod roll;
@@ -96,7 +96,7 @@ impl Seat<'_> {
         layout: &mut [scene::Pose],
         bearers: &mut [Vec<usize>],
     ) -> Result<Vec<usize>, BackendError> {
-        let mut leaning = Vec::new();
+        let (mut leaning, mut rolling) = (Vec::new(), Vec::new());
         let mut set: Vec<bool> = (0..layout.len()).map(|i| self.scene.is_static(i) || !which(i)).collect();
         for object in self.by_level(layout) {
             if set[object] {
@@ -139,12 +139,17 @@ impl Seat<'_> {
             let mut on_wall = meant && self.lean_on_wall(object, layout)?;
             if !on_wall && !self.set_upright(object, fall, layout)? {
                 on_wall = !meant && self.lean_on_wall(object, layout)?;
-                if !on_wall {
-                    self.set_at_rest(object, fall, layout)?;
+                if !on_wall && !self.set_at_rest(object, fall, layout)? {
+                    rolling.push((object, fall));
                 }
             }
             if on_wall {
                 leaning.push(object);
+            }
+        }
+        for (object, fall) in rolling {
+            if let Some(others) = self.lean_on_others(object, fall, &set, layout)? {
+                bearers[object] = others;
             }
         }
         Ok(leaning)

@@ -1,51 +1,136 @@
 //! What rolls is set down in the pose of rest that is nearest to its reconstruction: a pear that is let go comes to lie
-//! anywhere, often on its other side.
+//! anywhere, often on its other side. What would fall over all the same is looked for a place beside where it leans on
+//! what stands there.
 
-use super::tolerances::{APART, MAX_SLIDE, NEAREST, NUDGE, TILTS, UNSTEADY};
+use super::tolerances::{
+    APART, LEANING_SHIFTS, LEANING_TILTS, MAX_SLIDE, NEAREST, NUDGE, OVERLAP, PLACES_APART, ROLL_WITHIN, TILTS,
+    UNSTEADY, WAY,
+};
 use super::{Rest, Seat};
-use crate::optimize::{directions::directions, posture::angle, tolerances::FALLEN};
+use crate::optimize::{directions::directions, posture::angle, support::Placed, tolerances::FALLEN};
 use crate::scene;
 use crate::world::BackendError;
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec3};
+use std::iter::once;
 
 impl Seat<'_> {
     /// Turns an object, with everything on it, to the pose of rest on its parent that is near to its own and that it
-    /// keeps with all decompositions. Left as it was if that takes it farther than the `fall` that it would take
-    /// otherwise, rad, or if it would have fallen over.
-    pub(super) fn set_at_rest(&self, object: usize, fall: f32, layout: &mut [scene::Pose]) -> Result<(), BackendError> {
-        let was = layout[object];
-        let center = |pose: &scene::Pose| self.rigs[object].center_of(pose);
-        let tilted = |pose: &scene::Pose, tilt: DVec3| {
-            self.set_down(object, DQuat::from_scaled_axis(tilt) * pose.rotation, layout)
-        };
+    /// keeps with all decompositions. False, and left as it was, if that takes it farther than the `fall` that it would
+    /// take otherwise, rad, or if it would have fallen over.
+    pub(super) fn set_at_rest(
+        &self,
+        object: usize,
+        fall: f32,
+        layout: &mut [scene::Pose],
+    ) -> Result<bool, BackendError> {
         let tilts = TILTS.iter().flat_map(|&tilt| directions().map(move |axis| axis * tilt));
-        let starts: Vec<scene::Pose> = tilts.map(|tilt| tilted(&was, tilt)).collect();
-        let mut rests: Vec<scene::Pose> = (self.rests(object, &[], layout, &starts)?.into_iter().flatten())
-            .filter(|rest| self.is_borne(object, Some(rest), layout))
-            .map(|rest| self.set_down(object, rest.pose.rotation, layout))
-            .filter(|pose| angle(pose, &was) < FALLEN && center(pose).distance(center(&was)) < f64::from(MAX_SLIDE))
-            .collect();
-        rests.sort_by(|a, b| angle(a, &was).total_cmp(&angle(b, &was)));
-        let rests = distinct(rests);
+        let starts: Vec<scene::Pose> = tilts.map(|tilt| self.tilted(object, tilt, &layout[object], layout)).collect();
+        self.keep_nearest_rest(object, &[], fall, &starts, layout)
+    }
 
-        let nudges: Vec<DVec3> = [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z].map(|axis| axis * NUDGE).into();
-        let nudged = |pose| nudges.iter().map(move |&nudge| tilted(pose, nudge));
+    /// The same for what would fall over, at a place nearby where it leans on others: those of the `set` ones that are
+    /// near. Tells on which; none, and left as it was, if there is no such place.
+    pub(super) fn lean_on_others(
+        &self,
+        object: usize,
+        fall: f32,
+        set: &[bool],
+        layout: &mut [scene::Pose],
+    ) -> Result<Option<Vec<usize>>, BackendError> {
+        let others = self.others_near(object, set, layout);
+        if f64::from(fall) < FALLEN || others.is_empty() {
+            return Ok(None);
+        }
+        let placed = |i: usize, pose: &scene::Pose| Placed::new(&self.rigs[i], &self.rigs[i].body(pose));
+        let beside: Vec<Placed> = others.iter().map(|&other| placed(other, &layout[other])).collect();
+        let around = |&size: &f64| directions().map(move |along| along * size);
+        let mut starts = Vec::new();
+        for shift in once(DVec3::ZERO).chain(LEANING_SHIFTS.iter().flat_map(around)) {
+            let here = scene::Pose { translation: layout[object].translation + shift, ..layout[object] };
+            for tilt in once(DVec3::ZERO).chain(LEANING_TILTS.iter().flat_map(around)) {
+                let start = self.tilted(object, tilt, &here, layout);
+                // What starts inside another is thrown.
+                if !beside.iter().any(|other| other.overlaps(Vec3::ZERO, &placed(object, &start), OVERLAP)) {
+                    starts.push(start);
+                }
+            }
+        }
+        if !self.keep_nearest_rest(object, &others, fall, &starts, layout)? {
+            return Ok(None);
+        }
+        let here = placed(object, &layout[object]);
+        Ok(Some(others.into_iter().filter(|&other| placed(other, &layout[other]).touches(&here)).collect()))
+    }
+
+    /// Of the poses in which an object comes to rest from `starts`, with its parent and these others held, takes the
+    /// cheapest, with everything on it. False, and left as it was, if none costs less than its `fall`, rad.
+    fn keep_nearest_rest(
+        &self,
+        object: usize,
+        others: &[usize],
+        fall: f32,
+        starts: &[scene::Pose],
+        layout: &mut [scene::Pose],
+    ) -> Result<bool, BackendError> {
+        let was = layout[object];
+        let way = |pose: &scene::Pose| self.rigs[object].center_of(pose) - self.rigs[object].center_of(&was);
+        let far = |pose: &scene::Pose| angle(pose, &was) + WAY * way(pose).with_y(0.0).length();
+        let near = |pose: &scene::Pose| {
+            angle(pose, &was) < FALLEN
+                && way(pose).with_y(0.0).length() < ROLL_WITHIN
+                && way(pose).y.abs() < f64::from(MAX_SLIDE)
+        };
+        // What rolls on its parent alone does not go aside for that.
+        let set_down = |rest: Rest| match others {
+            [] => self.set_down(object, rest.pose.rotation, layout),
+            _ => rest.pose,
+        };
+        let mut rests: Vec<scene::Pose> =
+            (self.rests(object, &self.held(others, layout), layout, starts)?.into_iter().flatten())
+                .filter(|rest| self.is_borne(object, Some(rest), layout))
+                .map(set_down)
+                .filter(near)
+                .collect();
+        rests.sort_by(|a, b| far(a).total_cmp(&far(b)));
+        let rests = distinct(rests);
+        let unsteady = self.unsteady(object, others, &rests, layout)?;
+        let costs = rests.iter().zip(unsteady).map(|(pose, unsteady)| (pose, far(pose) + UNSTEADY * unsteady));
+        let cheapest = costs.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, cost)| *cost < f64::from(fall));
+        if let Some((pose, _)) = cheapest {
+            self.carry(object, *pose, layout);
+        }
+        Ok(cheapest.is_some())
+    }
+
+    /// How far from poses of rest the object ends that is tilted a little from them, on average over four sides and all
+    /// decompositions, rad.
+    fn unsteady(
+        &self,
+        object: usize,
+        others: &[usize],
+        rests: &[scene::Pose],
+        layout: &[scene::Pose],
+    ) -> Result<Vec<f64>, BackendError> {
+        let nudges: [DVec3; 4] = [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z].map(|axis| axis * NUDGE);
+        let nudged = |rest: &scene::Pose| nudges.map(|nudge| self.tilted(object, nudge, rest, layout));
         let nudged: Vec<scene::Pose> = rests.iter().flat_map(nudged).collect();
         let mut unsteady = vec![0.0; rests.len()];
         let seats = self.with_all_parts();
         for seat in &seats {
-            let ends = seat.rests(object, &[], layout, &nudged)?;
-            for ((pose, ends), unsteady) in rests.iter().zip(ends.chunks(nudges.len())).zip(&mut unsteady) {
-                let away = |end: &Option<Rest>| end.as_ref().map_or(1.0, |end| angle(&end.pose, pose).min(1.0));
+            let ends = seat.rests(object, &seat.held(others, layout), layout, &nudged)?;
+            for ((rest, ends), unsteady) in rests.iter().zip(ends.chunks(nudges.len())).zip(&mut unsteady) {
+                let away = |end: &Option<Rest>| end.as_ref().map_or(1.0, |end| angle(&end.pose, rest).min(1.0));
                 *unsteady += ends.iter().map(away).sum::<f64>() / (nudges.len() * seats.len()) as f64;
             }
         }
-        let costs = rests.iter().zip(unsteady).map(|(pose, unsteady)| (pose, angle(pose, &was) + UNSTEADY * unsteady));
-        let cheapest = costs.min_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((pose, _)) = cheapest.filter(|(_, cost)| *cost < f64::from(fall)) {
-            self.carry(object, *pose, layout);
-        }
-        Ok(())
+        Ok(unsteady)
+    }
+
+    /// The object at a pose and tilted from it, at the height at which it rests on its parent.
+    fn tilted(&self, object: usize, tilt: DVec3, pose: &scene::Pose, layout: &[scene::Pose]) -> scene::Pose {
+        let mut moved = layout.to_vec();
+        moved[object] = *pose;
+        self.set_down(object, DQuat::from_scaled_axis(tilt) * pose.rotation, &moved)
     }
 
     /// The object turned so about its centre of mass, at the height at which it rests on its parent.
@@ -59,9 +144,11 @@ impl Seat<'_> {
 
 /// The first poses, without those that are almost as an earlier one.
 fn distinct(poses: Vec<scene::Pose>) -> Vec<scene::Pose> {
+    let differ =
+        |a: &scene::Pose, b: &scene::Pose| angle(a, b) > APART || a.translation.distance(b.translation) > PLACES_APART;
     let mut distinct: Vec<scene::Pose> = Vec::new();
     for pose in poses {
-        if distinct.len() < NEAREST && distinct.iter().all(|other| angle(other, &pose) > APART) {
+        if distinct.len() < NEAREST && distinct.iter().all(|other| differ(other, &pose)) {
             distinct.push(pose);
         }
     }

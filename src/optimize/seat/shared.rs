@@ -38,14 +38,7 @@ impl Seat<'_> {
         layout: &mut [scene::Pose],
     ) -> Result<Option<Vec<usize>>, BackendError> {
         let on_ground = matches!(self.scene.objects[object].parent, Parent::Root(_));
-        let mut kin = self.scene.subtree(object, |_| true);
-        let mut bearer = self.scene.objects[object].parent;
-        while let Parent::Object(ancestor) = bearer {
-            kin.push(ancestor);
-            bearer = self.scene.objects[ancestor].parent;
-        }
-        let other = |i: &usize| set[*i] && !kin.contains(i);
-        let near: Vec<usize> = (0..layout.len()).filter(other).filter(|&i| self.is_near(object, i, layout)).collect();
+        let near = self.others_near(object, set, layout);
         let below: Vec<(usize, f32)> = near
             .iter()
             .filter_map(|&other| self.step(object, other, layout).map(|step| (other, step)))
@@ -112,14 +105,30 @@ impl Seat<'_> {
         others: &[usize],
         layout: &[scene::Pose],
     ) -> Result<Option<Rest>, BackendError> {
-        let held = |&other: &usize| -> BodyDef {
-            let pose = self.rigs[other].body(&layout[other]);
-            self.rigs[other].def(STATIC, pose, pose)
-        };
-        let held: Vec<BodyDef> = others.iter().map(held).collect();
         let mut raised = layout[object];
         raised.translation.y += f64::from(raise);
-        Ok(self.rests(object, &held, layout, &[raised])?.remove(0).filter(Rest::stays))
+        Ok(self.rests(object, &self.held(others, layout), layout, &[raised])?.remove(0).filter(Rest::stays))
+    }
+
+    /// These objects as bodies that do not move.
+    pub(super) fn held(&self, objects: &[usize], layout: &[scene::Pose]) -> Vec<BodyDef> {
+        let held = |&object: &usize| {
+            let pose = self.rigs[object].body(&layout[object]);
+            self.rigs[object].def(STATIC, pose, pose)
+        };
+        objects.iter().map(held).collect()
+    }
+
+    /// The `set` objects near one that neither bear it nor stand on it.
+    pub(super) fn others_near(&self, object: usize, set: &[bool], layout: &[scene::Pose]) -> Vec<usize> {
+        let mut kin = self.scene.subtree(object, |_| true);
+        let mut bearer = self.scene.objects[object].parent;
+        while let Parent::Object(ancestor) = bearer {
+            kin.push(ancestor);
+            bearer = self.scene.objects[ancestor].parent;
+        }
+        let other = |i: &usize| set[*i] && !kin.contains(i);
+        (0..layout.len()).filter(other).filter(|&i| self.is_near(object, i, layout)).collect()
     }
 
     /// True for what hardly stands by itself along its longest side.

@@ -78,11 +78,29 @@ pub(super) const ROLLS: f32 = 0.01;
 /// How far what rolls is tilted to all sides before it is let go, rad.
 pub(super) const TILTS: [f64; 5] = [0.05, 0.1, 0.2, 0.3, 0.45];
 
-/// Poses of rest that are nearer to each other than this are one, rad.
+/// How far what would fall over is tilted, to sixteen sides, where it may lean on others, rad …
+pub(super) const LEANING_TILTS: [f64; 2] = [0.15, 0.3];
+
+/// … and shifted to as many, m: a fruit comes to lean on a plate that is a hand away.
+pub(super) const LEANING_SHIFTS: [f64; 4] = [0.02, 0.04, 0.07, 0.1];
+
+/// It does not start deeper than this in any of them, m.
+pub(super) const OVERLAP: f32 = 5e-3;
+
+/// A pose of rest is not farther aside than this, m.
+pub(super) const ROLL_WITHIN: f64 = 0.12;
+
+/// What a metre aside costs, in radians, as in the layout term.
+pub(super) const WAY: f64 = 6.0;
+
+/// Poses of rest are one if they are nearer to each other than this, rad …
 pub(super) const APART: f64 = 0.04;
 
+/// … and than this, m.
+pub(super) const PLACES_APART: f64 = 0.03;
+
 /// How many of the nearest poses of rest are looked at.
-pub(super) const NEAREST: usize = 12;
+pub(super) const NEAREST: usize = 36;
 
 /// The tilt, to four sides, from which an object shall come back to its pose of rest, rad (1.1°): other engines and
 /// other decompositions have such errors.
