@@ -7,11 +7,13 @@ use super::{
     projection,
     rig::Rig,
     room::{Form, Placement, Placer, Room, stands},
-    seat::Seat,
+    seat::{Seat, Unsteady},
+    settle::flow,
 };
 use crate::scene::{self, Scene};
 use crate::shape::Shape;
 use crate::world::{Backend, BackendError, Best, BodyDef, Flow, MemoryPlan, Pose, SearchSettings, Stream};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Finds a layout near the scene's in which everything stands. `shapes` are the objects' shapes, in the scene's order;
@@ -64,6 +66,8 @@ pub(super) struct Run<'a> {
     /// Those of them that something was set to lean on. Only these are there when a layout is let go: what came to lean
     /// on another by chance falls wherever there are no walls.
     pub leant_on: Vec<BodyDef>,
+    /// Objects that stay on nothing as they were reconstructed.
+    pub rolling: Vec<usize>,
     pub groups: Vec<Group>,
     pub backend: &'a dyn Backend,
     pub config: &'a Config,
@@ -101,6 +105,7 @@ impl<'a> Run<'a> {
             placements: vec![None; shapes.len()],
             walls: Vec::new(),
             leant_on: Vec::new(),
+            rolling: Vec::new(),
             rigs,
             alternatives: [first, second],
             groups: Vec::new(),
@@ -122,41 +127,54 @@ impl<'a> Run<'a> {
             true => Room::new(self.scene, &self.forms, &layout),
             false => Room::default(),
         };
-        let (mut leaning, mut bearers) = (Vec::new(), vec![Vec::new(); layout.len()]);
+        let (mut unsteady, mut bearers) = (Unsteady::default(), vec![Vec::new(); layout.len()]);
         if self.config.seat {
             observer.event(Event::Seating);
-            leaning = self.seat(&room, |object| stands(self.scene, object), &mut layout, &mut bearers)?;
+            unsteady = self.seat(&room).run(|object| stands(self.scene, object), &mut layout, &mut bearers)?;
         }
-        room.keep_needed(self.scene, &self.forms, &leaning, &layout);
+        room.keep_needed(self.scene, &self.forms, &unsteady.leaning, &layout);
         if !room.sides.is_empty() {
             observer.event(Event::Placing);
             let placer = Placer { scene: self.scene, room: &room, forms: &self.forms, rigs: &self.rigs };
-            placer.furnish(&leaning, &mut layout, &mut self.placements);
+            placer.furnish(&unsteady.leaning, &mut layout, &mut self.placements);
             let hung = placer.hang(&mut layout, &mut self.placements);
             room.hung = hung;
         }
         if self.config.seat {
-            self.seat(&room, |object| !stands(self.scene, object), &mut layout, &mut bearers)?;
+            let others = self.seat(&room).run(|object| !stands(self.scene, object), &mut layout, &mut bearers)?;
+            unsteady.rolling.extend(others.rolling);
         }
         self.walls = room.bodies(|_| true, &self.forms, &layout);
         self.leant_on = room.bodies(|side| side.leant_on, &self.forms, &layout);
         self.groups = groups::plan(self.scene, self.config.global_only, &bearers);
-        (self.room, self.seated) = (room, layout);
+        (self.room, self.seated, self.rolling) = (room, layout, unsteady.rolling);
         Ok(())
     }
 
-    fn seat(
-        &self,
-        room: &Room,
-        which: impl Fn(usize) -> bool,
-        layout: &mut [scene::Pose],
-        bearers: &mut [Vec<usize>],
-    ) -> Result<Vec<usize>, BackendError> {
-        let simulation = &self.config.fine();
+    fn seat<'b>(&'b self, room: &'b Room) -> Seat<'b> {
         let Self { scene, rigs, alternatives, backend, forms, .. } = self;
         let settings = &self.config.settle;
-        Seat { scene, rigs, alternatives, backend: *backend, simulation, settings, room, forms }
-            .run(which, layout, bearers)
+        Seat { scene, rigs, alternatives, backend: *backend, simulation: self.config.fine(), settings, room, forms }
+    }
+
+    /// The layout with these objects set down near where they are, one after the other, in poses of rest near to how they
+    /// were reconstructed, on their parents and leaning on what is there. What finds none stays, and so does the rest
+    /// once `stop` is true.
+    pub fn set_down_among_others(
+        &self,
+        objects: &[usize],
+        layout: &[scene::Pose],
+        stop: &AtomicBool,
+    ) -> Result<Vec<scene::Pose>, BackendError> {
+        let (seat, mut layout) = (self.seat(&self.room), layout.to_vec());
+        for &object in objects {
+            let was = layout[object];
+            layout[object] = self.rigs[object].turned(&was, self.input[object].rotation);
+            if flow(stop) == Flow::Stop || !seat.set_down_among_others(object, &mut layout)? {
+                layout[object] = was;
+            }
+        }
+        Ok(layout)
     }
 
     /// The second mean that the group's search starts from, if it has one.

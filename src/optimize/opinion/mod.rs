@@ -94,7 +94,10 @@ impl<'a> Opinions<'a> {
             let mut trials = self.focused(&best).round(&best, progress.rounds)?;
             trials.retain(|trial| trial.cost + WORTH < best.cost);
             trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            let finalists: Vec<Layout> = trials.into_iter().take(FINALISTS).map(|trial| trial.layout).collect();
+            let mut finalists: Vec<Layout> = trials.into_iter().take(FINALISTS).map(|trial| trial.layout).collect();
+            if progress.idle == 1 {
+                finalists.extend(self.set_anew(&best)?);
+            }
             let trials = self.judge_copies(self.settled(&self.settling, &finalists)?, &best)?;
             flow = self.flow();
             if flow == Flow::Stop {
@@ -117,18 +120,32 @@ impl<'a> Opinions<'a> {
     }
 
     /// What the rounds start from: the layout with some room; or as everything comes to rest where it was set onto its
-    /// support before the search, which may have pushed something off that stood there; or a mixture of these.
+    /// support before the search, which may have pushed something off that stood there; or with what rolls set down anew;
+    /// or a mixture of these.
     fn start(&self, layout: &Layout) -> Result<Trial, BackendError> {
         let found = self.roomy(layout)?;
         if found.failing.is_empty() {
             return Ok(found);
         }
         let rest = |layout: &Layout| self.judge(self.settled(&self.settling, std::slice::from_ref(layout))?);
-        let seated = rest(&self.run.seated)?;
-        let mixture = rest(&mixed(&found, &seated, &found.failing))?;
-        let others = mixture.into_iter().chain(seated).filter(|trial| trial.cost + WORTH < found.cost);
+        let mut others = rest(&self.run.seated)?;
+        if let Some(anew) = self.set_anew(&found)? {
+            others.extend(rest(&anew)?);
+        }
+        others.extend(rest(&mixed(&found, &others, &found.failing))?);
+        let others = others.into_iter().filter(|trial| trial.cost + WORTH < found.cost);
         let cheapest = others.min_by(|a, b| a.cost.total_cmp(&b.cost));
         Ok(cheapest.unwrap_or(found))
+    }
+
+    /// The layout with what fails and rolls set down anew among the others; none if nothing does.
+    fn set_anew(&self, trial: &Trial) -> Result<Option<Layout>, BackendError> {
+        let rolls = |object: &usize| self.run.rolling.contains(object);
+        let rolling: Vec<usize> = trial.failing.iter().copied().filter(rolls).collect();
+        match rolling[..] {
+            [] => Ok(None),
+            _ => self.run.set_down_among_others(&rolling, &trial.layout, &self.stop).map(Some),
+        }
     }
 
     /// The layout, or the same with room between what stands side by side if that costs no support: other engines'

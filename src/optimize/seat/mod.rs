@@ -7,7 +7,7 @@
 //! object's footprint (REST3D's stage 2b, which takes the parent's highest point instead). Then the object is simulated
 //! alone on its held parent: a desk that leans by two degrees would otherwise throw about what the search has carefully
 //! set onto it, when at last it falls level. What falls over alone is tried once more upright, or against its wall if
-//! the scene says that it stands at one; what rolls is set down in the nearest pose in which it stays, if need be leaning on what is beside it (`roll`).
+//! the scene says that it stands at one; what rolls is set down in the nearest pose in which it stays (`roll`).
 
 mod edge;
 mod roll;
@@ -72,15 +72,24 @@ impl Rest {
     }
 }
 
+/// What does not stand by itself.
+#[derive(Default)]
+pub(super) struct Unsteady {
+    /// Objects that only stay when they lean on a wall.
+    pub leaning: Vec<usize>,
+    /// Objects that stay on nothing as they were reconstructed: fruit.
+    pub rolling: Vec<usize>,
+}
+
 /// Sets objects onto their supports.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Seat<'a> {
     pub scene: &'a Scene,
     pub rigs: &'a [Rig],
     /// The same objects as their other decompositions have them.
     pub alternatives: &'a [Vec<Rig>; 2],
     pub backend: &'a dyn Backend,
-    pub simulation: &'a SimSettings,
+    pub simulation: SimSettings,
     pub settings: &'a SettleSettings,
     pub room: &'a Room,
     pub forms: &'a [Form],
@@ -88,15 +97,14 @@ pub(super) struct Seat<'a> {
 
 impl Seat<'_> {
     /// Sets the objects of `layout` that `which` names onto their supports, each with everything on it. What never
-    /// moves stays. Returns those that only stay when they lean on a wall. What others stay on besides their parents
-    /// goes into `bearers`.
+    /// moves stays. What others stay on besides their parents goes into `bearers`.
     pub fn run(
         &self,
         which: impl Fn(usize) -> bool,
         layout: &mut [scene::Pose],
         bearers: &mut [Vec<usize>],
-    ) -> Result<Vec<usize>, BackendError> {
-        let (mut leaning, mut rolling) = (Vec::new(), Vec::new());
+    ) -> Result<Unsteady, BackendError> {
+        let mut unsteady = Unsteady::default();
         let mut set: Vec<bool> = (0..layout.len()).map(|i| self.scene.is_static(i) || !which(i)).collect();
         for object in self.by_level(layout) {
             if set[object] {
@@ -139,20 +147,16 @@ impl Seat<'_> {
             let mut on_wall = meant && self.lean_on_wall(object, layout)?;
             if !on_wall && !self.set_upright(object, fall, layout)? {
                 on_wall = !meant && self.lean_on_wall(object, layout)?;
-                if !on_wall && !self.set_at_rest(object, fall, layout)? {
-                    rolling.push((object, fall));
+                if !on_wall {
+                    self.set_at_rest(object, fall, layout)?;
+                    unsteady.rolling.push(object);
                 }
             }
             if on_wall {
-                leaning.push(object);
+                unsteady.leaning.push(object);
             }
         }
-        for (object, fall) in rolling {
-            if let Some(others) = self.lean_on_others(object, fall, &set, layout)? {
-                bearers[object] = others;
-            }
-        }
-        Ok(leaning)
+        Ok(unsteady)
     }
 
     /// All objects, what stands on roots first, then what that bears, and so on; of what one bears the lowest first, and
@@ -198,7 +202,7 @@ impl Seat<'_> {
     /// The same with each decomposition of the objects.
     pub(super) fn with_all_parts(&self) -> [Self; 3] {
         let [a, b] = self.alternatives;
-        [self.rigs, a, b].map(|rigs| Self { rigs, ..*self })
+        [self.rigs, a, b].map(|rigs| Self { rigs, ..self.clone() })
     }
 
     /// Moves an object to `pose`, and everything on it as its centre moves, up or down with what is below. What leans
@@ -308,7 +312,7 @@ impl Seat<'_> {
         let settings = SettleSettings { max_seconds: REST_SECONDS, ..self.settings.clone() };
         let start = |pose| [rig.body(pose)].into_iter().chain(world.start[1..].iter().copied());
         let starts: Vec<Pose> = poses.iter().flat_map(start).collect();
-        let settled = settle(self.backend, &world, self.simulation, &settings, &starts, &GO_ON)?;
+        let settled = settle(self.backend, &world, &self.simulation, &settings, &starts, &GO_ON)?;
         let bodies = world.start.len();
         let ends = starts.chunks_exact(bodies).zip(settled.poses.chunks_exact(bodies));
         let rest = |(start, end): (&[Pose], &[Pose])| Rest {

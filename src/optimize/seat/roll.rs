@@ -1,22 +1,23 @@
 //! What rolls is set down in the pose of rest that is nearest to its reconstruction: a pear that is let go comes to lie
-//! anywhere, often on its other side. What would fall over all the same is looked for a place beside where it leans on
-//! what stands there.
+//! anywhere, often on its other side. What still fails after the search is looked for a place among the others, where it
+//! may lean on them.
 
 use super::tolerances::{
-    APART, LEANING_SHIFTS, LEANING_TILTS, MAX_SLIDE, NEAREST, NUDGE, OVERLAP, PLACES_APART, ROLL_WITHIN, TILTS,
-    UNSTEADY, WAY,
+    APART, MAX_SLIDE, NEAREST, NUDGE, OVERLAP, PLACE_SHIFTS, PLACE_TILTS, PLACES_APART, ROLL_WITHIN, TILTS, UNSTEADY,
+    WAY,
 };
 use super::{Rest, Seat};
 use crate::optimize::{directions::directions, posture::angle, support::Placed, tolerances::FALLEN};
 use crate::scene;
 use crate::world::BackendError;
 use glam::{DQuat, DVec3, Vec3};
+use rayon::prelude::*;
 use std::iter::once;
 
 impl Seat<'_> {
     /// Turns an object, with everything on it, to the pose of rest on its parent that is near to its own and that it
-    /// keeps with all decompositions. False, and left as it was, if that takes it farther than the `fall` that it would
-    /// take otherwise, rad, or if it would have fallen over.
+    /// keeps with all decompositions. Left as it was if that takes it farther than the `fall` that it would take
+    /// otherwise, rad, or if it would have fallen over.
     pub(super) fn set_at_rest(
         &self,
         object: usize,
@@ -28,38 +29,25 @@ impl Seat<'_> {
         self.keep_nearest_rest(object, &[], fall, &starts, layout)
     }
 
-    /// The same for what would fall over, at a place nearby where it leans on others: those of the `set` ones that are
-    /// near. Tells on which; none, and left as it was, if there is no such place.
-    pub(super) fn lean_on_others(
-        &self,
-        object: usize,
-        fall: f32,
-        set: &[bool],
-        layout: &mut [scene::Pose],
-    ) -> Result<Option<Vec<usize>>, BackendError> {
-        let others = self.others_near(object, set, layout);
-        if f64::from(fall) < FALLEN || others.is_empty() {
-            return Ok(None);
-        }
+    /// Sets an object down nearby, leaning on what is there if need be, in the pose of rest that it keeps best. False, and
+    /// left as it was, if there is none.
+    pub fn set_down_among_others(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
+        let others = self.others_near(object, &vec![true; layout.len()], layout);
         let placed = |i: usize, pose: &scene::Pose| Placed::new(&self.rigs[i], &self.rigs[i].body(pose));
         let beside: Vec<Placed> = others.iter().map(|&other| placed(other, &layout[other])).collect();
         let around = |&size: &f64| directions().map(move |along| along * size);
-        let mut starts = Vec::new();
-        for shift in once(DVec3::ZERO).chain(LEANING_SHIFTS.iter().flat_map(around)) {
+        let shifts: Vec<DVec3> = once(DVec3::ZERO).chain(PLACE_SHIFTS.iter().flat_map(around)).collect();
+        let tilts: Vec<DVec3> = once(DVec3::ZERO).chain(PLACE_TILTS.iter().flat_map(around)).collect();
+        let start = |&shift: &DVec3, &tilt: &DVec3| {
             let here = scene::Pose { translation: layout[object].translation + shift, ..layout[object] };
-            for tilt in once(DVec3::ZERO).chain(LEANING_TILTS.iter().flat_map(around)) {
-                let start = self.tilted(object, tilt, &here, layout);
-                // What starts inside another is thrown.
-                if !beside.iter().any(|other| other.overlaps(Vec3::ZERO, &placed(object, &start), OVERLAP)) {
-                    starts.push(start);
-                }
-            }
-        }
-        if !self.keep_nearest_rest(object, &others, fall, &starts, layout)? {
-            return Ok(None);
-        }
-        let here = placed(object, &layout[object]);
-        Ok(Some(others.into_iter().filter(|&other| placed(other, &layout[other]).touches(&here)).collect()))
+            let start = self.tilted(object, tilt, &here, layout);
+            let body = placed(object, &start);
+            // What starts inside another is thrown.
+            (!beside.iter().any(|other| other.overlaps(Vec3::ZERO, &body, OVERLAP))).then_some(start)
+        };
+        let starts = shifts.par_iter().flat_map_iter(|shift| tilts.iter().filter_map(|tilt| start(shift, tilt)));
+        let starts: Vec<scene::Pose> = starts.collect();
+        self.keep_nearest_rest(object, &others, f32::INFINITY, &starts, layout)
     }
 
     /// Of the poses in which an object comes to rest from `starts`, with its parent and these others held, takes the

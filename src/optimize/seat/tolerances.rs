@@ -78,11 +78,11 @@ pub(super) const ROLLS: f32 = 0.01;
 /// How far what rolls is tilted to all sides before it is let go, rad.
 pub(super) const TILTS: [f64; 5] = [0.05, 0.1, 0.2, 0.3, 0.45];
 
-/// How far what would fall over is tilted, to sixteen sides, where it may lean on others, rad …
-pub(super) const LEANING_TILTS: [f64; 2] = [0.15, 0.3];
+/// How far what rolls is tilted, to sixteen sides, where a place is looked for among others, rad …
+pub(super) const PLACE_TILTS: [f64; 2] = [0.15, 0.3];
 
 /// … and shifted to as many, m: a fruit comes to lean on a plate that is a hand away.
-pub(super) const LEANING_SHIFTS: [f64; 4] = [0.02, 0.04, 0.07, 0.1];
+pub(super) const PLACE_SHIFTS: [f64; 4] = [0.02, 0.04, 0.07, 0.1];
 
 /// It does not start deeper than this in any of them, m.
 pub(super) const OVERLAP: f32 = 5e-3;
