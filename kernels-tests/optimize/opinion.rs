@@ -194,6 +194,26 @@ fn what_is_jammed_is_freed() {
     assert!(object.stable && object.overlap < 1e-3 && object.moved < 0.05 && !object.lost_support, "{object:?}");
 }
 
+/// A tile, too thin to stand, that leans by 25° towards a block, or away from it, and would come to lie on its foot.
+#[test]
+fn what_would_fall_over_leans_on_what_stands_beside_it() {
+    let with = |side: f64, second_opinion: bool| {
+        let mut boxes = Boxes::default();
+        let table = Parent::Object(boxes.add("table", GROUND, Vec3::new(1.0, 0.7, 1.0), DVec3::ZERO));
+        boxes.add("block", table, Vec3::splat(0.2), DVec3::new(0.28, 0.7, 0.0));
+        let tile = boxes.add("tile", table, Vec3::new(0.003, 0.2, 0.2), DVec3::ZERO);
+        let lean = 25_f64.to_radians();
+        boxes.turn(tile, -lean * side, DVec3::new(0.045, 0.701 + 0.1 * lean.cos(), 0.0));
+        let config = Config { seat: true, second_opinion, ..frozen() };
+        let tile = simple(&boxes, &CpuBackend, &config).objects[tile].clone();
+        assert!(tile.stable && !tile.lost_support, "{side} {second_opinion}: {tile:?}");
+        tile
+    };
+    assert!(with(1.0, false).fallen && with(-1.0, true).fallen);
+    let tile = with(1.0, true);
+    assert!(!tile.fallen && tile.turned < 0.35 && tile.moved < 0.12, "{tile:?}");
+}
+
 /// The processor, said to simulate one thing at a time.
 struct InTurn;
 

@@ -152,21 +152,3 @@ fn what_stands_side_by_side_is_no_pile() {
         assert!(lies_level && (boxes.foot(3 + i % 2, object) - 0.7).abs() < 2e-3, "{object:?}");
     }
 }
-
-/// A tile, too thin to stand, that leans by 25° towards a block, or away from it, and would come to lie on its foot.
-#[test]
-fn what_would_fall_over_leans_on_what_stands_beside_it() {
-    for (side, leans) in [(1.0, true), (-1.0, false)] {
-        let mut boxes = Boxes::default();
-        let table = Parent::Object(boxes.add("table", GROUND, Vec3::new(1.0, 0.7, 1.0), DVec3::ZERO));
-        boxes.add("block", table, Vec3::splat(0.2), DVec3::new(0.28, 0.7, 0.0));
-        let tile = boxes.add("tile", table, Vec3::new(0.003, 0.2, 0.2), DVec3::ZERO);
-        let lean = 25_f64.to_radians();
-        boxes.turn(tile, -lean * side, DVec3::new(0.045, 0.701 + 0.1 * lean.cos(), 0.0));
-        let [_, seated, _, searched] = last_two(&boxes);
-        for tile in [seated, searched] {
-            assert!(tile.stable && !tile.lost_support, "{side}: {tile:?}");
-            assert!(tile.fallen != leans && (!leans || tile.turned < 0.35 && tile.moved < 0.12), "{side}: {tile:?}");
-        }
-    }
-}

@@ -10,6 +10,7 @@
 //! the scene says that it stands at one; what rolls is set down in the nearest pose in which it stays (`roll`).
 
 mod edge;
+mod height;
 mod roll;
 mod shared;
 mod tolerances;
@@ -17,35 +18,12 @@ mod upright;
 
 use super::config::SettleSettings;
 use super::room::{self, CONTACT, Form, LEANING, Room};
-use super::sweep::overlap_interval;
-use super::{directions::directions, posture::lean, tolerances::LEAN};
 use super::{groups::carry, rig::Rig, settle::GO_ON, settle::settle};
-use crate::scene::{self, Object, Parent, Relation, Root, Scene};
-use crate::world::constants::LINEAR_SLOP;
+use super::{posture::lean, tolerances::LEAN};
+use crate::scene::{self, Parent, Relation, Root, Scene};
 use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, World, angle_between};
 use glam::Vec3;
-use parry3d::math::Pose as Isometry;
-use parry3d::shape::ConvexPolyhedron;
-use tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, MAX_SINK, MAX_SLIDE, MAX_TURN, REST_SECONDS, STEEP, SUNK, SUNK_ON};
-
-/// Parts of one object in world coordinates.
-struct Solid {
-    parts: Vec<ConvexPolyhedron>,
-}
-
-impl Solid {
-    fn new(rig: &Rig, pose: &scene::Pose, footprint: f32) -> Self {
-        let body = rig.body(pose);
-        let center = body.translation;
-        let narrow = |v: Vec3| {
-            let w = body.point(v) - center;
-            Vec3::new(w.x * footprint, w.y, w.z * footprint) + center
-        };
-        let hull =
-            |part: &Vec<Vec3>| ConvexPolyhedron::from_convex_hull(&part.iter().map(|&v| narrow(v)).collect::<Vec<_>>());
-        Self { parts: rig.parts.iter().filter_map(hull).collect() }
-    }
-}
+use tolerances::{MAX_SINK, MAX_SLIDE, MAX_TURN, REST_SECONDS};
 
 /// Where an object left alone on its parent ends, and how far from where it was left.
 pub(super) struct Rest {
@@ -225,69 +203,6 @@ impl Seat<'_> {
         layout[object] = pose;
     }
 
-    /// Shifts the object to the height at which it rests.
-    pub(super) fn settle_height(&self, object: usize, layout: &mut [scene::Pose]) {
-        let shift = self.shift(object, layout);
-        let on_ground = matches!(self.scene.objects[object].parent, Parent::Root(_));
-        if on_ground || shift.abs() <= MAX_SHIFT {
-            let mut raised = layout[object];
-            raised.translation.y += f64::from(shift);
-            self.carry(object, raised, layout);
-        }
-    }
-
-    /// Vertical distance from where the object is to where it rests, m.
-    fn shift(&self, object: usize, layout: &[scene::Pose]) -> f32 {
-        match self.scene.objects[object].parent {
-            Parent::Root(Root::Ground | Root::GroundWall) => {
-                -self.rigs[object].lowest(&self.rigs[object].body(&layout[object]))
-            }
-            Parent::Root(_) => 0.0,
-            Parent::Object(parent) => {
-                let bearer = Solid::new(&self.rigs[parent], &layout[parent], 1.0);
-                self.support(object, &layout[object], &bearer).unwrap_or(0.0)
-            }
-        }
-    }
-
-    /// Vertical distance from where the object is to where it rests on another, m; none if that is not below.
-    pub(super) fn step(&self, object: usize, other: usize, layout: &[scene::Pose]) -> Option<f32> {
-        self.support(object, &layout[object], &Solid::new(&self.rigs[other], &layout[other], 1.0))
-    }
-
-    /// The same for an object at a pose and what bears it; none if nothing is below.
-    fn support(&self, object: usize, pose: &scene::Pose, bearer: &Solid) -> Option<f32> {
-        support_shift(&Solid::new(&self.rigs[object], pose, FOOTPRINT), bearer)
-    }
-
-    /// Shifts an object that is inside another or on it, but reaches into its side and would have to be raised onto its
-    /// rim, to the nearest place where it rests closer to its own height.
-    fn step_inside(&self, object: usize, layout: &mut [scene::Pose]) {
-        let Object { relation, parent: Parent::Object(parent), .. } = self.scene.objects[object] else { return };
-        let sunk = match relation {
-            Relation::Inside => SUNK,
-            Relation::On => SUNK_ON,
-            _ => return,
-        };
-        let bearer = Solid::new(&self.rigs[parent], &layout[parent], 1.0);
-        let here = layout[object];
-        let raise = self.support(object, &here, &bearer).unwrap_or(0.0);
-        let (mut least, mut nearest) = (STEEP * f64::from(raise), here);
-        for distance in DISTANCES.into_iter().filter(|_| raise > sunk) {
-            if distance >= least {
-                break;
-            }
-            for along in directions() {
-                let place = scene::Pose { translation: here.translation + along * distance, ..here };
-                let way = self.support(object, &place, &bearer).map(|shift| distance + STEEP * f64::from(shift.abs()));
-                if let Some(way) = way.filter(|way| *way < least) {
-                    (least, nearest) = (way, place);
-                }
-            }
-        }
-        self.carry(object, nearest, layout);
-    }
-
     /// Where the object comes to rest alone on its held parent; none if that cannot be simulated.
     pub(super) fn rest(&self, object: usize, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
         Ok(self.rests(object, &[], layout, &[layout[object]])?.remove(0))
@@ -338,37 +253,12 @@ fn slide(start: &Pose, end: &Pose, lowest: f32) -> f32 {
     (end.translation + turned - start.translation).with_y(0.0).length()
 }
 
-/// The smallest vertical shift that lets `child` rest on `bearer`, m; none if nothing is below it.
-fn support_shift(child: &Solid, bearer: &Solid) -> Option<f32> {
-    let here = Isometry::IDENTITY;
-    let mut overlaps: Vec<[f32; 2]> = Vec::new();
-    for a in &child.parts {
-        for b in &bearer.parts {
-            overlaps.extend(overlap_interval((&here, a), (&here, b), Vec3::Y, 0.0));
-        }
-    }
-    overlaps.sort_by(|p, q| p[0].total_cmp(&q[0]));
-    let mut joined: Vec<[f32; 2]> = Vec::new();
-    for [low, high] in overlaps {
-        match joined.last_mut() {
-            Some(last) if low <= last[1] + LINEAR_SLOP => last[1] = last[1].max(high),
-            _ => joined.push([low, high]),
-        }
-    }
-    joined.into_iter().map(|[_, high]| high).min_by(|a, b| a.abs().total_cmp(&b.abs()))
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
     use glam::Quat;
-
-    fn cube(center: Vec3) -> ConvexPolyhedron {
-        let corners = (0..8).map(|i| center + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5);
-        ConvexPolyhedron::from_convex_hull(&corners.collect::<Vec<_>>()).unwrap()
-    }
 
     #[test]
     fn what_rights_itself_does_not_slide() {
@@ -386,14 +276,5 @@ mod tests {
         let rest = |sinks| Rest { pose: scene::Pose::IDENTITY, turn: 0.1, shift: 0.0, slide: 0.0, sinks };
         assert!(rest(0.001).stands() && rest(-0.05).stands());
         assert!(rest(0.06).stays() && !rest(0.06).stands());
-    }
-
-    #[test]
-    fn the_nearest_support_is_chosen() {
-        let shelf = Solid { parts: vec![cube(Vec3::ZERO), cube(Vec3::Y * 3.0)] };
-        let shift = |y: f32| support_shift(&Solid { parts: vec![cube(Vec3::Y * y)] }, &shelf).unwrap();
-        assert!((shift(0.9) - 0.1).abs() < 1e-3, "sunk by 10 cm, shifted by {}", shift(0.9));
-        assert!((shift(1.2) + 0.2).abs() < 1e-3, "floating by 20 cm, shifted by {}", shift(1.2));
-        assert!((shift(3.8) - 0.2).abs() < 1e-3, "on the upper board, shifted by {}", shift(3.8));
     }
 }

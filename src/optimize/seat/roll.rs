@@ -6,7 +6,7 @@ use super::tolerances::{
     APART, MAX_SLIDE, NEAREST, NUDGE, OVERLAP, PLACE_SHIFTS, PLACE_TILTS, PLACES_APART, ROLL_WITHIN, TILTS, UNSTEADY,
     WAY,
 };
-use super::{Rest, Seat};
+use super::{Rest, Seat, height::Solid};
 use crate::optimize::{directions::directions, posture::angle, support::Placed, tolerances::FALLEN};
 use crate::scene;
 use crate::world::BackendError;
@@ -24,8 +24,10 @@ impl Seat<'_> {
         fall: f32,
         layout: &mut [scene::Pose],
     ) -> Result<bool, BackendError> {
+        let bearer = self.bearer(object, layout);
         let tilts = TILTS.iter().flat_map(|&tilt| directions().map(move |axis| axis * tilt));
-        let starts: Vec<scene::Pose> = tilts.map(|tilt| self.tilted(object, tilt, &layout[object], layout)).collect();
+        let starts: Vec<scene::Pose> =
+            tilts.map(|tilt| self.tilted(object, tilt, &layout[object], bearer.as_ref())).collect();
         self.keep_nearest_rest(object, &[], fall, &starts, layout)
     }
 
@@ -38,9 +40,10 @@ impl Seat<'_> {
         let around = |&size: &f64| directions().map(move |along| along * size);
         let shifts: Vec<DVec3> = once(DVec3::ZERO).chain(PLACE_SHIFTS.iter().flat_map(around)).collect();
         let tilts: Vec<DVec3> = once(DVec3::ZERO).chain(PLACE_TILTS.iter().flat_map(around)).collect();
+        let bearer = self.bearer(object, layout);
         let start = |&shift: &DVec3, &tilt: &DVec3| {
             let here = scene::Pose { translation: layout[object].translation + shift, ..layout[object] };
-            let start = self.tilted(object, tilt, &here, layout);
+            let start = self.tilted(object, tilt, &here, bearer.as_ref());
             let body = placed(object, &start);
             // What starts inside another is thrown.
             (!beside.iter().any(|other| other.overlaps(Vec3::ZERO, &body, OVERLAP))).then_some(start)
@@ -100,7 +103,8 @@ impl Seat<'_> {
         layout: &[scene::Pose],
     ) -> Result<Vec<f64>, BackendError> {
         let nudges: [DVec3; 4] = [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z].map(|axis| axis * NUDGE);
-        let nudged = |rest: &scene::Pose| nudges.map(|nudge| self.tilted(object, nudge, rest, layout));
+        let bearer = self.bearer(object, layout);
+        let nudged = |rest: &scene::Pose| nudges.map(|nudge| self.tilted(object, nudge, rest, bearer.as_ref()));
         let nudged: Vec<scene::Pose> = rests.iter().flat_map(nudged).collect();
         let mut unsteady = vec![0.0; rests.len()];
         let seats = self.with_all_parts();
@@ -115,18 +119,15 @@ impl Seat<'_> {
     }
 
     /// The object at a pose and tilted from it, at the height at which it rests on its parent.
-    fn tilted(&self, object: usize, tilt: DVec3, pose: &scene::Pose, layout: &[scene::Pose]) -> scene::Pose {
-        let mut moved = layout.to_vec();
-        moved[object] = *pose;
-        self.set_down(object, DQuat::from_scaled_axis(tilt) * pose.rotation, &moved)
+    fn tilted(&self, object: usize, tilt: DVec3, pose: &scene::Pose, bearer: Option<&Solid>) -> scene::Pose {
+        let rotation = DQuat::from_scaled_axis(tilt) * pose.rotation;
+        self.at_height(object, self.rigs[object].turned(pose, rotation), bearer)
     }
 
     /// The object turned so about its centre of mass, at the height at which it rests on its parent.
     pub(super) fn set_down(&self, object: usize, rotation: DQuat, layout: &[scene::Pose]) -> scene::Pose {
-        let mut turned = layout.to_vec();
-        turned[object] = self.rigs[object].turned(&layout[object], rotation);
-        self.settle_height(object, &mut turned);
-        turned[object]
+        let turned = self.rigs[object].turned(&layout[object], rotation);
+        self.at_height(object, turned, self.bearer(object, layout).as_ref())
     }
 }
 

@@ -2,8 +2,9 @@
 //! the scene has on the same table. A scene names one bearer; the others are found here, and bear wherever the object is
 //! simulated apart from the rest of the scene.
 
+use super::height::{Solid, support_shift};
 use super::tolerances::{BESIDE, MAX_TURN, NARROW, SLENDER, STEADY, STEP, THIN};
-use super::{Rest, Seat, Solid, support_shift};
+use super::{Rest, Seat};
 use crate::optimize::{posture::lean, room::LEANING, support::Placed};
 use crate::scene::{self, Object, Parent, Relation};
 use crate::world::{BackendError, BodyDef, STATIC};
@@ -84,7 +85,7 @@ impl Seat<'_> {
             .filter_map(step)
             .min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         let Some((other, step)) = nearest else { return Ok(None) };
-        let down = self.shift(object, layout);
+        let down = self.shift(object, &layout[object], self.bearer(object, layout).as_ref());
         if step.abs() > down.abs() && step - down > THIN {
             return Ok(None);
         }

@@ -1,0 +1,144 @@
+//! At which height an object rests on another, and where it fits between its sides.
+
+use super::Seat;
+use super::tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, STEEP, SUNK, SUNK_ON};
+use crate::optimize::{directions::directions, rig::Rig, sweep::overlap_interval};
+use crate::scene::{self, Object, Parent, Relation, Root};
+use crate::world::constants::LINEAR_SLOP;
+use glam::Vec3;
+use parry3d::math::Pose as Isometry;
+use parry3d::shape::ConvexPolyhedron;
+
+/// Parts of one object in world coordinates.
+pub(super) struct Solid {
+    parts: Vec<ConvexPolyhedron>,
+}
+
+impl Solid {
+    pub(super) fn new(rig: &Rig, pose: &scene::Pose, footprint: f32) -> Self {
+        let body = rig.body(pose);
+        let center = body.translation;
+        let narrow = |v: Vec3| {
+            let w = body.point(v) - center;
+            Vec3::new(w.x * footprint, w.y, w.z * footprint) + center
+        };
+        let hull =
+            |part: &Vec<Vec3>| ConvexPolyhedron::from_convex_hull(&part.iter().map(|&v| narrow(v)).collect::<Vec<_>>());
+        Self { parts: rig.parts.iter().filter_map(hull).collect() }
+    }
+}
+
+impl Seat<'_> {
+    /// Shifts the object to the height at which it rests.
+    pub(super) fn settle_height(&self, object: usize, layout: &mut [scene::Pose]) {
+        let pose = self.at_height(object, layout[object], self.bearer(object, layout).as_ref());
+        self.carry(object, pose, layout);
+    }
+
+    /// The object's parent as it is; none if that is no object.
+    pub(super) fn bearer(&self, object: usize, layout: &[scene::Pose]) -> Option<Solid> {
+        match self.scene.objects[object].parent {
+            Parent::Root(_) => None,
+            Parent::Object(parent) => Some(Solid::new(&self.rigs[parent], &layout[parent], 1.0)),
+        }
+    }
+
+    /// The pose shifted to the height at which the object rests on its `bearer`, or the ground.
+    pub(super) fn at_height(&self, object: usize, mut pose: scene::Pose, bearer: Option<&Solid>) -> scene::Pose {
+        let shift = self.shift(object, &pose, bearer);
+        if bearer.is_none() || shift.abs() <= MAX_SHIFT {
+            pose.translation.y += f64::from(shift);
+        }
+        pose
+    }
+
+    /// Vertical distance from an object's pose to where it rests on its `bearer`, or the ground, m.
+    pub(super) fn shift(&self, object: usize, pose: &scene::Pose, bearer: Option<&Solid>) -> f32 {
+        match (self.scene.objects[object].parent, bearer) {
+            (_, Some(bearer)) => self.support(object, pose, bearer).unwrap_or(0.0),
+            (Parent::Root(Root::Ground | Root::GroundWall), _) => {
+                -self.rigs[object].lowest(&self.rigs[object].body(pose))
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Vertical distance from where the object is to where it rests on another, m; none if that is not below.
+    pub(super) fn step(&self, object: usize, other: usize, layout: &[scene::Pose]) -> Option<f32> {
+        self.support(object, &layout[object], &Solid::new(&self.rigs[other], &layout[other], 1.0))
+    }
+
+    /// The same for an object at a pose and what bears it; none if nothing is below.
+    fn support(&self, object: usize, pose: &scene::Pose, bearer: &Solid) -> Option<f32> {
+        support_shift(&Solid::new(&self.rigs[object], pose, FOOTPRINT), bearer)
+    }
+
+    /// Shifts an object that is inside another or on it, but reaches into its side and would have to be raised onto its
+    /// rim, to the nearest place where it rests closer to its own height.
+    pub(super) fn step_inside(&self, object: usize, layout: &mut [scene::Pose]) {
+        let Object { relation, parent: Parent::Object(parent), .. } = self.scene.objects[object] else { return };
+        let sunk = match relation {
+            Relation::Inside => SUNK,
+            Relation::On => SUNK_ON,
+            _ => return,
+        };
+        let bearer = Solid::new(&self.rigs[parent], &layout[parent], 1.0);
+        let here = layout[object];
+        let raise = self.support(object, &here, &bearer).unwrap_or(0.0);
+        let (mut least, mut nearest) = (STEEP * f64::from(raise), here);
+        for distance in DISTANCES.into_iter().filter(|_| raise > sunk) {
+            if distance >= least {
+                break;
+            }
+            for along in directions() {
+                let place = scene::Pose { translation: here.translation + along * distance, ..here };
+                let way = self.support(object, &place, &bearer).map(|shift| distance + STEEP * f64::from(shift.abs()));
+                if let Some(way) = way.filter(|way| *way < least) {
+                    (least, nearest) = (way, place);
+                }
+            }
+        }
+        self.carry(object, nearest, layout);
+    }
+}
+
+/// The smallest vertical shift that lets `child` rest on `bearer`, m; none if nothing is below it.
+pub(super) fn support_shift(child: &Solid, bearer: &Solid) -> Option<f32> {
+    let here = Isometry::IDENTITY;
+    let mut overlaps: Vec<[f32; 2]> = Vec::new();
+    for a in &child.parts {
+        for b in &bearer.parts {
+            overlaps.extend(overlap_interval((&here, a), (&here, b), Vec3::Y, 0.0));
+        }
+    }
+    overlaps.sort_by(|p, q| p[0].total_cmp(&q[0]));
+    let mut joined: Vec<[f32; 2]> = Vec::new();
+    for [low, high] in overlaps {
+        match joined.last_mut() {
+            Some(last) if low <= last[1] + LINEAR_SLOP => last[1] = last[1].max(high),
+            _ => joined.push([low, high]),
+        }
+    }
+    joined.into_iter().map(|[_, high]| high).min_by(|a, b| a.abs().total_cmp(&b.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    fn cube(center: Vec3) -> ConvexPolyhedron {
+        let corners = (0..8).map(|i| center + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5);
+        ConvexPolyhedron::from_convex_hull(&corners.collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn the_nearest_support_is_chosen() {
+        let shelf = Solid { parts: vec![cube(Vec3::ZERO), cube(Vec3::Y * 3.0)] };
+        let shift = |y: f32| support_shift(&Solid { parts: vec![cube(Vec3::Y * y)] }, &shelf).unwrap();
+        assert!((shift(0.9) - 0.1).abs() < 1e-3, "sunk by 10 cm, shifted by {}", shift(0.9));
+        assert!((shift(1.2) + 0.2).abs() < 1e-3, "floating by 20 cm, shifted by {}", shift(1.2));
+        assert!((shift(3.8) - 0.2).abs() < 1e-3, "on the upper board, shifted by {}", shift(3.8));
+    }
+}
