@@ -157,9 +157,9 @@ impl<'a> Run<'a> {
         Seat { scene, rigs, alternatives, backend: *backend, simulation: self.config.fine(), settings, room, forms }
     }
 
-    /// The layout with these objects set down near where they are, one after the other, in poses of rest near to how they
-    /// were reconstructed, on their parents and leaning on what is there. What finds none stays, and so does the rest
-    /// once `stop` is true.
+    /// The layout with these objects set down near where they are, one after the other and with what is on them, in poses
+    /// of rest near to how they were reconstructed, on their parents and leaning on what is there. What finds none stays,
+    /// and so does the rest once `stop` is true.
     pub fn set_down_among_others(
         &self,
         objects: &[usize],
@@ -168,10 +168,14 @@ impl<'a> Run<'a> {
     ) -> Result<Vec<scene::Pose>, BackendError> {
         let (seat, mut layout) = (self.seat(&self.room), layout.to_vec());
         for &object in objects {
-            let was = layout[object];
-            layout[object] = self.rigs[object].turned(&was, self.input[object].rotation);
-            if flow(stop) == Flow::Stop || !seat.set_down_among_others(object, &mut layout)? {
-                layout[object] = was;
+            if flow(stop) == Flow::Stop {
+                break;
+            }
+            let mut anew = layout.clone();
+            let turned = self.rigs[object].turned(&layout[object], self.input[object].rotation);
+            seat.carry(object, turned, &mut anew);
+            if seat.set_down_among_others(object, &mut anew)? {
+                layout = anew;
             }
         }
         Ok(layout)

@@ -3,7 +3,7 @@
 use super::Seat;
 use super::tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, STEEP, SUNK, SUNK_ON};
 use crate::optimize::{directions::directions, rig::Rig, sweep::overlap_interval};
-use crate::scene::{self, Object, Parent, Relation, Root};
+use crate::scene::{self, Parent, Relation, Root};
 use crate::world::constants::LINEAR_SLOP;
 use glam::Vec3;
 use parry3d::math::Pose as Isometry;
@@ -76,13 +76,12 @@ impl Seat<'_> {
     /// Shifts an object that is inside another or on it, but reaches into its side and would have to be raised onto its
     /// rim, to the nearest place where it rests closer to its own height.
     pub(super) fn step_inside(&self, object: usize, layout: &mut [scene::Pose]) {
-        let Object { relation, parent: Parent::Object(parent), .. } = self.scene.objects[object] else { return };
-        let sunk = match relation {
+        let sunk = match self.scene.objects[object].relation {
             Relation::Inside => SUNK,
             Relation::On => SUNK_ON,
             _ => return,
         };
-        let bearer = Solid::new(&self.rigs[parent], &layout[parent], 1.0);
+        let Some(bearer) = self.bearer(object, layout) else { return };
         let here = layout[object];
         let raise = self.support(object, &here, &bearer).unwrap_or(0.0);
         let (mut least, mut nearest) = (STEEP * f64::from(raise), here);

@@ -18,17 +18,13 @@ impl Seat<'_> {
     /// Turns an object, with everything on it, to the pose of rest on its parent that is near to its own and that it
     /// keeps with all decompositions. Left as it was if that takes it farther than the `fall` that it would take
     /// otherwise, rad, or if it would have fallen over.
-    pub(super) fn set_at_rest(
-        &self,
-        object: usize,
-        fall: f32,
-        layout: &mut [scene::Pose],
-    ) -> Result<bool, BackendError> {
+    pub(super) fn set_at_rest(&self, object: usize, fall: f32, layout: &mut [scene::Pose]) -> Result<(), BackendError> {
         let bearer = self.bearer(object, layout);
         let tilts = TILTS.iter().flat_map(|&tilt| directions().map(move |axis| axis * tilt));
         let starts: Vec<scene::Pose> =
             tilts.map(|tilt| self.tilted(object, tilt, &layout[object], bearer.as_ref())).collect();
-        self.keep_nearest_rest(object, &[], fall, &starts, layout)
+        self.keep_nearest_rest(object, &[], fall, &starts, layout)?;
+        Ok(())
     }
 
     /// Sets an object down nearby, leaning on what is there if need be, in the pose of rest that it keeps best. False, and
