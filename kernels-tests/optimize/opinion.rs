@@ -216,6 +216,25 @@ fn what_would_fall_over_leans_on_what_stands_beside_it() {
     assert_eq!(rounds, 0, "it takes none to set it down anew");
 }
 
+/// A tile that leans by 25° towards a post and pushes it over, and behind that towards a block that holds it.
+#[test]
+fn what_was_pushed_over_is_set_up_again() {
+    let mut boxes = Boxes::default();
+    let table = Parent::Object(boxes.add("table", GROUND, Vec3::new(1.0, 0.7, 1.0), DVec3::ZERO));
+    let post = boxes.add("post", table, Vec3::new(0.02, 0.13, 0.03), DVec3::new(0.135, 0.7, 0.085));
+    boxes.add("block", table, Vec3::new(0.2, 0.2, 0.12), DVec3::new(0.233, 0.7, -0.04));
+    let tile = boxes.add("tile", table, Vec3::new(0.003, 0.15, 0.2), DVec3::ZERO);
+    let lean = 25_f64.to_radians();
+    boxes.turn(tile, -lean, DVec3::new(0.032, 0.701 + 0.075 * lean.cos(), 0.0));
+    let config = Config { seat: true, second_opinion: true, ..frozen() };
+    let mut watch = Watch::default();
+    let outcome = go(&boxes, &CpuBackend, &config, 1, None, &mut watch).unwrap();
+    for object in [post, tile].map(|object| &outcome.objects[object]) {
+        assert!(!object.fallen && object.stable && object.moved < 0.1, "{object:?}");
+    }
+    assert_eq!(watch.rounds, 0, "it takes none to set it down anew");
+}
+
 /// The processor, said to simulate one thing at a time.
 struct InTurn;
 

@@ -5,7 +5,7 @@ use super::config::{Config, SettleSettings};
 use super::groups;
 use super::projection::{Projection, Scope, project};
 use super::rig::Rig;
-use super::settle::{GO_ON, settle};
+use super::settle::{settle, to_rest};
 use crate::scene::{Pose, Scene};
 use crate::shape::Shape;
 use crate::world::Backend;
@@ -48,7 +48,7 @@ pub fn project_and_settle(
         },
     };
     let world = all.world(&rigs, &[], &layout, &layout);
-    let settled = settle(backend, &world, &simulation, &settings, &world.start, &GO_ON)?;
+    let settled = settle(backend, &world, &simulation, &settings, &world.start, &to_rest)?;
     let layout = settled.usable[0].then(|| {
         all.adopt(&rigs, &world.start, &settled.poses, &mut layout);
         layout

@@ -10,7 +10,7 @@ use super::{
     rig::Rig,
     room::Placer,
     run::Run,
-    settle::{GO_ON, settle},
+    settle::{GO_ON, settle, to_rest},
     support,
     verify::{Motion, Verified, verify},
 };
@@ -167,7 +167,7 @@ impl Run<'_> {
         if settings.max_seconds == 0.0 {
             return Ok((0.0, false));
         }
-        let settled = settle(self.backend, world, &self.config.fine(), settings, starts, &GO_ON)?;
+        let settled = settle(self.backend, world, &self.config.fine(), settings, starts, &to_rest)?;
         if !settled.usable[0] {
             notes.push("settling could not be simulated: the search's layout is kept as it is".into());
             return Ok((0.0, false));

@@ -8,12 +8,10 @@ use super::{
     rig::Rig,
     room::{Form, Placement, Placer, Room, stands},
     seat::{Seat, Unsteady},
-    settle::flow,
 };
 use crate::scene::{self, Scene};
 use crate::shape::Shape;
 use crate::world::{Backend, BackendError, Best, BodyDef, Flow, MemoryPlan, Pose, SearchSettings, Stream};
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Finds a layout near the scene's in which everything stands. `shapes` are the objects' shapes, in the scene's order;
@@ -157,28 +155,25 @@ impl<'a> Run<'a> {
         Seat { scene, rigs, alternatives, backend: *backend, simulation: self.config.fine(), settings, room, forms }
     }
 
-    /// The layout with these objects set down near where they are, one after the other and with what is on them, in poses
-    /// of rest near to how they were reconstructed, on their parents and leaning on what is there. What finds none stays,
-    /// and so does the rest once `stop` is true.
+    /// The layout with an object, and what is on it, set down near where it is, in so many poses of rest near to how it was
+    /// reconstructed at `most`, the best first: on its parent and leaning on what is there.
     pub fn set_down_among_others(
         &self,
-        objects: &[usize],
+        object: usize,
         layout: &[scene::Pose],
-        stop: &AtomicBool,
-    ) -> Result<Vec<scene::Pose>, BackendError> {
-        let (seat, mut layout) = (self.seat(&self.room), layout.to_vec());
-        for &object in objects {
-            if flow(stop) == Flow::Stop {
-                break;
-            }
-            let mut anew = layout.clone();
-            let turned = self.rigs[object].turned(&layout[object], self.input[object].rotation);
-            seat.carry(object, turned, &mut anew);
-            if seat.set_down_among_others(object, &mut anew)? {
-                layout = anew;
-            }
-        }
-        Ok(layout)
+        most: usize,
+    ) -> Result<Vec<Vec<scene::Pose>>, BackendError> {
+        let (seat, mut as_input) = (self.seat(&self.room), layout.to_vec());
+        let turned = self.rigs[object].turned(&layout[object], self.input[object].rotation);
+        seat.carry(object, turned, &mut as_input);
+        // What lies is lower than it stands.
+        seat.settle_height(object, &mut as_input);
+        let set_down = |pose| {
+            let mut layout = as_input.clone();
+            seat.carry(object, pose, &mut layout);
+            layout
+        };
+        Ok(seat.rests_among_others(object, &as_input)?.into_iter().take(most).map(set_down).collect())
     }
 
     /// The second mean that the group's search starts from, if it has one.

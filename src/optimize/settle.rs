@@ -24,15 +24,15 @@ pub(super) struct Settled {
     pub at_rest: bool,
 }
 
-/// Simulates from `starts`, candidate-major, each candidate until it is at rest: it does not depend on the others. Once
-/// `stop` is true it ends, and the result means nothing.
+/// Simulates from `starts`, candidate-major, each candidate until it is at rest, or until `goes_on` stops it at poses of
+/// its bodies: it does not depend on the others.
 pub(super) fn settle(
     backend: &dyn Backend,
     world: &World,
     simulation: &SimSettings,
     settings: &SettleSettings,
     starts: &[Pose],
-    stop: &AtomicBool,
+    goes_on: &dyn Fn(&[Pose]) -> Flow,
 ) -> Result<Settled, BackendError> {
     let damped = SimSettings {
         steps: steps(settings.max_seconds, simulation.dt),
@@ -49,7 +49,7 @@ pub(super) fn settle(
         let mut rest = Rest::new(starts.len() / bodies, damped.dt, settings.rest_speed);
         let statuses = backend.simulate_each(world, &damped, starts, &mut |candidate, now, velocities| {
             poses[candidate * bodies..(candidate + 1) * bodies].copy_from_slice(now);
-            match flow(stop) {
+            match goes_on(now) {
                 Flow::Continue => rest.watch(candidate, velocities),
                 Flow::Stop => Flow::Stop,
             }
@@ -60,6 +60,11 @@ pub(super) fn settle(
         Ok(())
     })?;
     Ok(all)
+}
+
+/// Nothing stops a candidate before it is at rest.
+pub(super) fn to_rest(_: &[Pose]) -> Flow {
+    Flow::Continue
 }
 
 /// What nothing stops.

@@ -12,6 +12,7 @@
 //! the reconstruction. Copies and mixtures are looked at with what does not concern them held; the best of them are
 //! looked at as a whole, and the cheapest goes on.
 
+mod anew;
 mod copies;
 mod focus;
 mod runs;
@@ -75,9 +76,10 @@ impl<'a> Opinions<'a> {
         state: &mut Checkpoint,
         observer: &mut dyn Observer,
     ) -> Result<Flow, BackendError> {
-        let (mut progress, mut best) = match state.opinion() {
-            Some((progress, layout)) => (progress, self.judge(vec![layout])?.swap_remove(0)),
-            None => (Progress::default(), self.start(layout)?),
+        // Whether there is nothing to gain by setting objects of the best layout down anew one by one.
+        let (mut progress, mut best, mut set_anew) = match state.opinion() {
+            Some((progress, layout)) => (progress, self.judge(vec![layout])?.swap_remove(0), false),
+            None => (Progress::default(), self.start(layout)?, true),
         };
         let mut flow = self.flow();
         if flow == Flow::Stop {
@@ -91,13 +93,19 @@ impl<'a> Opinions<'a> {
             if flow == Flow::Stop {
                 break;
             }
+            if progress.idle == 1 && !set_anew {
+                let cost = best.cost;
+                best = self.one_by_one_anew(best)?;
+                set_anew = best.cost == cost;
+                if !set_anew {
+                    progress = Progress { rounds: progress.rounds + 1, idle: 0 };
+                    continue;
+                }
+            }
             let mut trials = self.focused(&best).round(&best, progress.rounds)?;
             trials.retain(|trial| trial.cost + WORTH < best.cost);
             trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            let mut finalists: Vec<Layout> = trials.into_iter().take(FINALISTS).map(|trial| trial.layout).collect();
-            if progress.idle == 1 {
-                finalists.extend(self.set_anew(&best)?);
-            }
+            let finalists: Vec<Layout> = trials.into_iter().take(FINALISTS).map(|trial| trial.layout).collect();
             let trials = self.judge_copies(self.settled(&self.settling, &finalists)?, &best)?;
             flow = self.flow();
             if flow == Flow::Stop {
@@ -107,7 +115,7 @@ impl<'a> Opinions<'a> {
             if let Some(cheapest) = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
                 && cheapest.cost + WORTH < best.cost
             {
-                (best, progress.idle) = (cheapest, 0);
+                (best, progress.idle, set_anew) = (cheapest, 0, false);
             }
         }
         *layout = best.layout;
@@ -129,22 +137,19 @@ impl<'a> Opinions<'a> {
         }
         let rest = |layout: &Layout| self.judge(self.settled(&self.settling, std::slice::from_ref(layout))?);
         let mut others = rest(&self.run.seated)?;
-        if let Some(anew) = self.set_anew(&found)? {
+        if let Some(anew) = self.all_anew(&found)? {
             others.extend(rest(&anew)?);
         }
         others.extend(rest(&mixed(&found, &others, &found.failing))?);
         let others = others.into_iter().filter(|trial| trial.cost + WORTH < found.cost);
         let cheapest = others.min_by(|a, b| a.cost.total_cmp(&b.cost));
-        Ok(cheapest.unwrap_or(found))
-    }
-
-    /// The layout with what fails and rolls set down anew among the others; none if nothing does.
-    fn set_anew(&self, trial: &Trial) -> Result<Option<Layout>, BackendError> {
-        let rolls = |object: &usize| self.run.rolling.contains(object);
-        let rolling: Vec<usize> = trial.failing.iter().copied().filter(rolls).collect();
-        match rolling[..] {
-            [] => Ok(None),
-            _ => self.run.set_down_among_others(&rolling, &trial.layout, &self.stop).map(Some),
+        let mut best = cheapest.unwrap_or(found);
+        loop {
+            let cost = best.cost;
+            best = self.one_by_one_anew(best)?;
+            if best.cost == cost {
+                return Ok(best);
+            }
         }
     }
 

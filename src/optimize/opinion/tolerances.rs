@@ -19,6 +19,12 @@ pub(super) const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
 /// So many of the cheapest copies and mixtures of a round are looked at as a whole.
 pub(super) const FINALISTS: usize = 8;
 
+/// In so many poses, at most, an object is set down anew …
+pub(super) const POSES: usize = 8;
+
+/// … and so many of the cheapest of these are looked at as a whole.
+pub(super) const FINALISTS_OF_ONE: usize = 2;
+
 /// In a race so many of the cheapest trials lead …
 pub(super) const LEADERS: usize = 8;
 

@@ -8,7 +8,7 @@ use super::{
 use crate::optimize::{
     posture::angle,
     run::Run,
-    settle::settle,
+    settle::{flow, settle},
     support,
     tolerances::{FALLEN, JAMMED},
     verify::verify,
@@ -76,7 +76,8 @@ impl Opinions<'_> {
     pub(super) fn settled(&self, model: &Model, layouts: &[Layout]) -> Result<Vec<Layout>, BackendError> {
         let Model { rigs, world, simulation, .. } = model;
         let starts: Vec<Pose> = layouts.iter().flat_map(|layout| self.starts(model, layout)).collect();
-        let settled = settle(self.run.backend, world, simulation, &self.run.config.settle, &starts, &self.stop)?;
+        let goes_on = |_: &[Pose]| flow(&self.stop);
+        let settled = settle(self.run.backend, world, simulation, &self.run.config.settle, &starts, &goes_on)?;
         let bodies = world.bodies.len();
         let mut layouts = layouts.to_vec();
         for (candidate, layout) in layouts.iter_mut().enumerate().filter(|(candidate, _)| settled.usable[*candidate]) {
@@ -170,11 +171,16 @@ impl Opinions<'_> {
     fn misplaced(&self, object: usize, pose: &scene::Pose) -> f64 {
         let height = |pose: &scene::Pose| self.run.rigs[object].center_of(pose).y;
         let climbed = height(pose) - height(&self.run.seated[object]);
-        match angle(pose, &self.run.input[object]) > FALLEN {
+        match self.fell(object, pose) {
             true => FELL,
             false if climbed.abs() > LEVELS_APART => ON_ANOTHER_LEVEL,
             false => 0.0,
         }
+    }
+
+    /// True for what has fallen over.
+    pub(super) fn fell(&self, object: usize, pose: &scene::Pose) -> bool {
+        angle(pose, &self.run.input[object]) > FALLEN
     }
 
     /// How far an object is from its reconstruction, as the layout term weighs it.

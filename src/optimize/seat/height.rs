@@ -5,13 +5,14 @@ use super::tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, STEEP, SUNK, SUNK_ON};
 use crate::optimize::{directions::directions, rig::Rig, sweep::overlap_interval};
 use crate::scene::{self, Parent, Relation, Root};
 use crate::world::constants::LINEAR_SLOP;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::Pose as Isometry;
-use parry3d::shape::ConvexPolyhedron;
+use parry3d::shape::{ConvexPolyhedron, Shape};
 
-/// Parts of one object in world coordinates.
+/// Parts of one object in world coordinates, and the boxes around them.
 pub(super) struct Solid {
-    parts: Vec<ConvexPolyhedron>,
+    parts: Vec<(Aabb, ConvexPolyhedron)>,
 }
 
 impl Solid {
@@ -24,13 +25,18 @@ impl Solid {
         };
         let hull =
             |part: &Vec<Vec3>| ConvexPolyhedron::from_convex_hull(&part.iter().map(|&v| narrow(v)).collect::<Vec<_>>());
-        Self { parts: rig.parts.iter().filter_map(hull).collect() }
+        Self::of(rig.parts.iter().filter_map(hull))
+    }
+
+    fn of(parts: impl Iterator<Item = ConvexPolyhedron>) -> Self {
+        let bounded = |part: ConvexPolyhedron| (part.compute_local_aabb(), part);
+        Self { parts: parts.map(bounded).collect() }
     }
 }
 
 impl Seat<'_> {
     /// Shifts the object to the height at which it rests.
-    pub(super) fn settle_height(&self, object: usize, layout: &mut [scene::Pose]) {
+    pub fn settle_height(&self, object: usize, layout: &mut [scene::Pose]) {
         let pose = self.at_height(object, layout[object], self.bearer(object, layout).as_ref());
         self.carry(object, pose, layout);
     }
@@ -44,12 +50,28 @@ impl Seat<'_> {
     }
 
     /// The pose shifted to the height at which the object rests on its `bearer`, or the ground.
-    pub(super) fn at_height(&self, object: usize, mut pose: scene::Pose, bearer: Option<&Solid>) -> scene::Pose {
-        let shift = self.shift(object, &pose, bearer);
-        if bearer.is_none() || shift.abs() <= MAX_SHIFT {
-            pose.translation.y += f64::from(shift);
-        }
-        pose
+    pub(super) fn at_height(&self, object: usize, pose: scene::Pose, bearer: Option<&Solid>) -> scene::Pose {
+        let footprint = bearer.map(|_| self.footprint(object, &pose));
+        self.aside_at_height(object, &pose, footprint.as_ref(), DVec3::ZERO, bearer)
+    }
+
+    /// The same for the pose put `aside`, horizontally, m, and the object's `footprint` at the pose.
+    pub(super) fn aside_at_height(
+        &self,
+        object: usize,
+        pose: &scene::Pose,
+        footprint: Option<&Solid>,
+        aside: DVec3,
+        bearer: Option<&Solid>,
+    ) -> scene::Pose {
+        let shift = match (footprint, bearer) {
+            (Some(footprint), Some(bearer)) => {
+                let shift = support_shift(footprint, aside.as_vec3(), bearer).unwrap_or(0.0);
+                if shift.abs() <= MAX_SHIFT { shift } else { 0.0 }
+            }
+            _ => self.shift(object, pose, None),
+        };
+        scene::Pose { translation: pose.translation + aside.with_y(f64::from(shift)), ..*pose }
     }
 
     /// Vertical distance from an object's pose to where it rests on its `bearer`, or the ground, m.
@@ -70,7 +92,12 @@ impl Seat<'_> {
 
     /// The same for an object at a pose and what bears it; none if nothing is below.
     fn support(&self, object: usize, pose: &scene::Pose, bearer: &Solid) -> Option<f32> {
-        support_shift(&Solid::new(&self.rigs[object], pose, FOOTPRINT), bearer)
+        support_shift(&self.footprint(object, pose), Vec3::ZERO, bearer)
+    }
+
+    /// The object at a pose, as narrow as what looks for support.
+    pub(super) fn footprint(&self, object: usize, pose: &scene::Pose) -> Solid {
+        Solid::new(&self.rigs[object], pose, FOOTPRINT)
     }
 
     /// Shifts an object that is inside another or on it, but reaches into its side and would have to be raised onto its
@@ -82,18 +109,19 @@ impl Seat<'_> {
             _ => return,
         };
         let Some(bearer) = self.bearer(object, layout) else { return };
-        let here = layout[object];
-        let raise = self.support(object, &here, &bearer).unwrap_or(0.0);
+        let (here, footprint) = (layout[object], self.footprint(object, &layout[object]));
+        let shift = |aside: DVec3| support_shift(&footprint, aside.as_vec3(), &bearer);
+        let raise = shift(DVec3::ZERO).unwrap_or(0.0);
         let (mut least, mut nearest) = (STEEP * f64::from(raise), here);
         for distance in DISTANCES.into_iter().filter(|_| raise > sunk) {
             if distance >= least {
                 break;
             }
             for along in directions() {
-                let place = scene::Pose { translation: here.translation + along * distance, ..here };
-                let way = self.support(object, &place, &bearer).map(|shift| distance + STEEP * f64::from(shift.abs()));
+                let aside = along * distance;
+                let way = shift(aside).map(|shift| distance + STEEP * f64::from(shift.abs()));
                 if let Some(way) = way.filter(|way| *way < least) {
-                    (least, nearest) = (way, place);
+                    (least, nearest) = (way, scene::Pose { translation: here.translation + aside, ..here });
                 }
             }
         }
@@ -101,13 +129,15 @@ impl Seat<'_> {
     }
 }
 
-/// The smallest vertical shift that lets `child` rest on `bearer`, m; none if nothing is below it.
-pub(super) fn support_shift(child: &Solid, bearer: &Solid) -> Option<f32> {
-    let here = Isometry::IDENTITY;
+/// The smallest vertical shift that lets `child`, put `aside`, rest on `bearer`, m; none if nothing is below it.
+pub(super) fn support_shift(child: &Solid, aside: Vec3, bearer: &Solid) -> Option<f32> {
+    let [there, here] = [aside, Vec3::ZERO].map(Isometry::from_translation);
     let mut overlaps: Vec<[f32; 2]> = Vec::new();
-    for a in &child.parts {
-        for b in &bearer.parts {
-            overlaps.extend(overlap_interval((&here, a), (&here, b), Vec3::Y, 0.0));
+    for (box_a, a) in &child.parts {
+        let mut column = box_a.translated(aside).loosened(LINEAR_SLOP);
+        (column.mins.y, column.maxs.y) = (f32::NEG_INFINITY, f32::INFINITY);
+        for (_, b) in bearer.parts.iter().filter(|(box_b, _)| column.intersects(box_b)) {
+            overlaps.extend(overlap_interval((&there, a), (&here, b), Vec3::Y, 0.0));
         }
     }
     overlaps.sort_by(|p, q| p[0].total_cmp(&q[0]));
@@ -134,8 +164,8 @@ mod tests {
 
     #[test]
     fn the_nearest_support_is_chosen() {
-        let shelf = Solid { parts: vec![cube(Vec3::ZERO), cube(Vec3::Y * 3.0)] };
-        let shift = |y: f32| support_shift(&Solid { parts: vec![cube(Vec3::Y * y)] }, &shelf).unwrap();
+        let shelf = Solid::of([cube(Vec3::ZERO), cube(Vec3::Y * 3.0)].into_iter());
+        let shift = |y: f32| support_shift(&Solid::of([cube(Vec3::Y * y)].into_iter()), Vec3::ZERO, &shelf).unwrap();
         assert!((shift(0.9) - 0.1).abs() < 1e-3, "sunk by 10 cm, shifted by {}", shift(0.9));
         assert!((shift(1.2) + 0.2).abs() < 1e-3, "floating by 20 cm, shifted by {}", shift(1.2));
         assert!((shift(3.8) - 0.2).abs() < 1e-3, "on the upper board, shifted by {}", shift(3.8));

@@ -18,10 +18,10 @@ mod upright;
 
 use super::config::SettleSettings;
 use super::room::{self, CONTACT, Form, LEANING, Room};
-use super::{groups::carry, rig::Rig, settle::GO_ON, settle::settle};
+use super::{groups::carry, rig::Rig, settle::settle};
 use super::{posture::lean, tolerances::LEAN};
 use crate::scene::{self, Parent, Relation, Root, Scene};
-use crate::world::{Backend, BackendError, BodyDef, Pose, STATIC, SimSettings, World, angle_between};
+use crate::world::{Backend, BackendError, BodyDef, Flow, Pose, STATIC, SimSettings, World, angle_between};
 use glam::Vec3;
 use tolerances::{MAX_SINK, MAX_SLIDE, MAX_TURN, REST_SECONDS};
 
@@ -216,6 +216,18 @@ impl Seat<'_> {
         layout: &[scene::Pose],
         poses: &[scene::Pose],
     ) -> Result<Vec<Option<Rest>>, BackendError> {
+        self.rests_within(&|_| true, object, others, layout, poses)
+    }
+
+    /// The same, but where the object comes to a pose that is not `within` it stops there.
+    pub(super) fn rests_within(
+        &self,
+        within: &dyn Fn(&scene::Pose) -> bool,
+        object: usize,
+        others: &[BodyDef],
+        layout: &[scene::Pose],
+        poses: &[scene::Pose],
+    ) -> Result<Vec<Option<Rest>>, BackendError> {
         let rig = &self.rigs[object];
         let mut defs = vec![rig.def(0, rig.body(&layout[object]), rig.body(&layout[object]))];
         if let Parent::Object(parent) = self.scene.objects[object].parent {
@@ -227,7 +239,8 @@ impl Seat<'_> {
         let settings = SettleSettings { max_seconds: REST_SECONDS, ..self.settings.clone() };
         let start = |pose| [rig.body(pose)].into_iter().chain(world.start[1..].iter().copied());
         let starts: Vec<Pose> = poses.iter().flat_map(start).collect();
-        let settled = settle(self.backend, &world, &self.simulation, &settings, &starts, &GO_ON)?;
+        let goes_on = |now: &[Pose]| if within(&rig.object(&now[0])) { Flow::Continue } else { Flow::Stop };
+        let settled = settle(self.backend, &world, &self.simulation, &settings, &starts, &goes_on)?;
         let bodies = world.start.len();
         let ends = starts.chunks_exact(bodies).zip(settled.poses.chunks_exact(bodies));
         let rest = |(start, end): (&[Pose], &[Pose])| Rest {

@@ -3,8 +3,8 @@
 //! may lean on them.
 
 use super::tolerances::{
-    APART, MAX_SLIDE, NEAREST, NUDGE, OVERLAP, PLACE_SHIFTS, PLACE_TILTS, PLACES_APART, ROLL_WITHIN, TILTS, UNSTEADY,
-    WAY,
+    APART, ASTRAY, MAX_SLIDE, NEAREST, NUDGE, OVERLAP, PLACE_SHIFTS, PLACE_TILTS, PLACES_APART, ROLL_WITHIN, TILTS,
+    UNSTEADY, WAY,
 };
 use super::{Rest, Seat, height::Solid};
 use crate::optimize::{directions::directions, posture::angle, support::Placed, tolerances::FALLEN};
@@ -19,74 +19,85 @@ impl Seat<'_> {
     /// keeps with all decompositions. Left as it was if that takes it farther than the `fall` that it would take
     /// otherwise, rad, or if it would have fallen over.
     pub(super) fn set_at_rest(&self, object: usize, fall: f32, layout: &mut [scene::Pose]) -> Result<(), BackendError> {
-        let bearer = self.bearer(object, layout);
-        let tilts = TILTS.iter().flat_map(|&tilt| directions().map(move |axis| axis * tilt));
-        let starts: Vec<scene::Pose> =
-            tilts.map(|tilt| self.tilted(object, tilt, &layout[object], bearer.as_ref())).collect();
-        self.keep_nearest_rest(object, &[], fall, &starts, layout)?;
+        let (here, bearer) = (layout[object], self.bearer(object, layout));
+        let tilts = || TILTS.iter().flat_map(|&tilt| directions().map(move |axis| axis * tilt));
+        let starts = |_| tilts().map(|tilt| self.tilted(object, tilt, &here, bearer.as_ref())).collect();
+        let rests = self.nearest_rests(object, &[], fall, &[0.0], starts, layout)?;
+        if let Some(pose) = rests.first() {
+            self.carry(object, *pose, layout);
+        }
         Ok(())
     }
 
-    /// Sets an object down nearby, leaning on what is there if need be, in the pose of rest that it keeps best. False, and
-    /// left as it was, if there is none.
-    pub fn set_down_among_others(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
+    /// The poses of rest nearby that an object keeps best, leaning on what is there if need be, the cheapest first.
+    pub fn rests_among_others(&self, object: usize, layout: &[scene::Pose]) -> Result<Vec<scene::Pose>, BackendError> {
         let others = self.others_near(object, &vec![true; layout.len()], layout);
         let placed = |i: usize, pose: &scene::Pose| Placed::new(&self.rigs[i], &self.rigs[i].body(pose));
         let beside: Vec<Placed> = others.iter().map(|&other| placed(other, &layout[other])).collect();
-        let around = |&size: &f64| directions().map(move |along| along * size);
-        let shifts: Vec<DVec3> = once(DVec3::ZERO).chain(PLACE_SHIFTS.iter().flat_map(around)).collect();
-        let tilts: Vec<DVec3> = once(DVec3::ZERO).chain(PLACE_TILTS.iter().flat_map(around)).collect();
+        let around = |size: f64| directions().map(move |along| along * size);
         let bearer = self.bearer(object, layout);
-        let start = |&shift: &DVec3, &tilt: &DVec3| {
-            let here = scene::Pose { translation: layout[object].translation + shift, ..layout[object] };
-            let start = self.tilted(object, tilt, &here, bearer.as_ref());
+        let turned = |tilt: DVec3| {
+            let pose = self.turned(object, tilt, &layout[object]);
+            (pose, bearer.as_ref().map(|_| self.footprint(object, &pose)))
+        };
+        let turned: Vec<_> = once(DVec3::ZERO).chain(PLACE_TILTS.into_iter().flat_map(around)).map(turned).collect();
+        let start = |aside: DVec3, (pose, footprint): &(scene::Pose, Option<Solid>)| {
+            let start = self.aside_at_height(object, pose, footprint.as_ref(), aside, bearer.as_ref());
             let body = placed(object, &start);
             // What starts inside another is thrown.
             (!beside.iter().any(|other| other.overlaps(Vec3::ZERO, &body, OVERLAP))).then_some(start)
         };
-        let starts = shifts.par_iter().flat_map_iter(|shift| tilts.iter().filter_map(|tilt| start(shift, tilt)));
-        let starts: Vec<scene::Pose> = starts.collect();
-        self.keep_nearest_rest(object, &others, f32::INFINITY, &starts, layout)
+        let starts = |size: f64| {
+            let asides: Vec<DVec3> = if size == 0.0 { vec![DVec3::ZERO] } else { around(size).collect() };
+            let starts = |aside: DVec3| turned.iter().filter_map(|turned| start(aside, turned)).collect::<Vec<_>>();
+            asides.into_par_iter().flat_map_iter(starts).collect()
+        };
+        self.nearest_rests(object, &others, f32::INFINITY, &PLACE_SHIFTS, starts, layout)
     }
 
-    /// Of the poses in which an object comes to rest from `starts`, with its parent and these others held, takes the
-    /// cheapest, with everything on it. False, and left as it was, if none costs less than its `fall`, rad.
-    fn keep_nearest_rest(
+    /// The poses in which an object comes to rest from `starts`, which are so far `aside` (m, the nearest first), with its
+    /// parent and these others held, the cheapest first. Only what costs less than its `fall`, rad.
+    fn nearest_rests(
         &self,
         object: usize,
         others: &[usize],
         fall: f32,
-        starts: &[scene::Pose],
-        layout: &mut [scene::Pose],
-    ) -> Result<bool, BackendError> {
+        asides: &[f64],
+        starts: impl Fn(f64) -> Vec<scene::Pose>,
+        layout: &[scene::Pose],
+    ) -> Result<Vec<scene::Pose>, BackendError> {
         let was = layout[object];
         let way = |pose: &scene::Pose| self.rigs[object].center_of(pose) - self.rigs[object].center_of(&was);
         let far = |pose: &scene::Pose| angle(pose, &was) + WAY * way(pose).with_y(0.0).length();
-        let near = |pose: &scene::Pose| {
-            angle(pose, &was) < FALLEN
-                && way(pose).with_y(0.0).length() < ROLL_WITHIN
-                && way(pose).y.abs() < f64::from(MAX_SLIDE)
+        let within = |pose: &scene::Pose, limit: f64| {
+            angle(pose, &was) < limit * FALLEN
+                && way(pose).with_y(0.0).length() < limit * ROLL_WITHIN
+                && way(pose).y.abs() < limit * f64::from(MAX_SLIDE)
         };
         // What rolls on its parent alone does not go aside for that.
         let set_down = |rest: Rest| match others {
             [] => self.set_down(object, rest.pose.rotation, layout),
             _ => rest.pose,
         };
-        let mut rests: Vec<scene::Pose> =
-            (self.rests(object, &self.held(others, layout), layout, starts)?.into_iter().flatten())
-                .filter(|rest| self.is_borne(object, Some(rest), layout))
-                .map(set_down)
-                .filter(near)
-                .collect();
-        rests.sort_by(|a, b| far(a).total_cmp(&far(b)));
-        let rests = distinct(rests);
-        let unsteady = self.unsteady(object, others, &rests, layout)?;
-        let costs = rests.iter().zip(unsteady).map(|(pose, unsteady)| (pose, far(pose) + UNSTEADY * unsteady));
-        let cheapest = costs.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, cost)| *cost < f64::from(fall));
-        if let Some((pose, _)) = cheapest {
-            self.carry(object, *pose, layout);
+        let held = self.held(others, layout);
+        let mut rests: Vec<scene::Pose> = Vec::new();
+        for &aside in asides {
+            // From farther away it comes to rest farther away.
+            if rests.len() == NEAREST && rests.last().is_some_and(|last| far(last) < WAY * aside) {
+                break;
+            }
+            let ends = self.rests_within(&|pose| within(pose, ASTRAY), object, &held, layout, &starts(aside))?;
+            let borne = ends.into_iter().flatten().filter(|rest| self.is_borne(object, Some(rest), layout));
+            rests.extend(borne.map(set_down).filter(|pose| within(pose, 1.0)));
+            rests.sort_by(|a, b| far(a).total_cmp(&far(b)));
+            rests = distinct(rests);
         }
-        Ok(cheapest.is_some())
+        let unsteady = self.unsteady(object, others, &rests, layout)?;
+        let costs = rests.iter().zip(unsteady).map(|(pose, unsteady)| far(pose) + UNSTEADY * unsteady);
+        let mut costs: Vec<(f64, scene::Pose)> = costs.zip(rests.iter().copied()).collect();
+        costs.retain(|(cost, _)| *cost < f64::from(fall));
+        costs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(costs.into_iter().map(|(_, pose)| pose).collect())
     }
 
     /// How far from poses of rest the object ends that is tilted a little from them, on average over four sides and all
@@ -116,8 +127,12 @@ impl Seat<'_> {
 
     /// The object at a pose and tilted from it, at the height at which it rests on its parent.
     fn tilted(&self, object: usize, tilt: DVec3, pose: &scene::Pose, bearer: Option<&Solid>) -> scene::Pose {
-        let rotation = DQuat::from_scaled_axis(tilt) * pose.rotation;
-        self.at_height(object, self.rigs[object].turned(pose, rotation), bearer)
+        self.at_height(object, self.turned(object, tilt, pose), bearer)
+    }
+
+    /// The object at a pose and tilted from it.
+    fn turned(&self, object: usize, tilt: DVec3, pose: &scene::Pose) -> scene::Pose {
+        self.rigs[object].turned(pose, DQuat::from_scaled_axis(tilt) * pose.rotation)
     }
 
     /// The object turned so about its centre of mass, at the height at which it rests on its parent.

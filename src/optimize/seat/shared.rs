@@ -8,6 +8,7 @@ use super::{Rest, Seat};
 use crate::optimize::{posture::lean, room::LEANING, support::Placed};
 use crate::scene::{self, Object, Parent, Relation};
 use crate::world::{BackendError, BodyDef, STATIC};
+use glam::Vec3;
 
 impl Seat<'_> {
     /// Lets an object that does not stay on its parent come to rest with what else is below it held, too, upright if it
@@ -77,7 +78,9 @@ impl Seat<'_> {
         let narrow = Solid::new(&self.rigs[object], &layout[object], NARROW);
         let step = |other: usize| {
             let solid = Solid::new(&self.rigs[other], &layout[other], 1.0);
-            support_shift(&narrow, &solid).and_then(|_| self.step(object, other, layout)).map(|step| (other, step))
+            support_shift(&narrow, Vec3::ZERO, &solid)
+                .and_then(|_| self.step(object, other, layout))
+                .map(|step| (other, step))
         };
         let nearest = (0..layout.len())
             .filter(|&other| other != object && set[other] && self.scene.objects[other].parent == parent)

@@ -82,13 +82,16 @@ pub(super) const TILTS: [f64; 5] = [0.05, 0.1, 0.2, 0.3, 0.45];
 pub(super) const PLACE_TILTS: [f64; 2] = [0.15, 0.3];
 
 /// … and shifted to as many, m: a fruit comes to lean on a plate that is a hand away.
-pub(super) const PLACE_SHIFTS: [f64; 4] = [0.02, 0.04, 0.07, 0.1];
+pub(super) const PLACE_SHIFTS: [f64; 5] = [0.0, 0.02, 0.04, 0.07, 0.1];
 
 /// It does not start deeper than this in any of them, m.
 pub(super) const OVERLAP: f32 = 5e-3;
 
 /// A pose of rest is not farther aside than this, m.
 pub(super) const ROLL_WITHIN: f64 = 0.12;
+
+/// What has turned, gone aside or come down by more than this multiple of what a pose of rest may is given up.
+pub(super) const ASTRAY: f64 = 1.5;
 
 /// What a metre aside costs, in radians, as in the layout term.
 pub(super) const WAY: f64 = 6.0;

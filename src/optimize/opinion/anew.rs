@@ -1,0 +1,53 @@
+//! What rolls or has fallen over, set down anew: where it is, as it was reconstructed, leaning on what is there. A pear
+//! that is let go comes to rest in few poses, and no random turn finds them.
+
+use super::tolerances::{FINALISTS_OF_ONE, POSES, WORTH};
+use super::{Layout, Opinions, trial::Trial};
+use crate::world::{BackendError, Flow};
+
+impl Opinions<'_> {
+    /// The layout with all that fails and rolls or has fallen over set down anew, one after the other; none if nothing
+    /// does.
+    pub(super) fn all_anew(&self, trial: &Trial) -> Result<Option<Layout>, BackendError> {
+        let mut layout = trial.layout.clone();
+        let objects = self.to_set_anew(trial);
+        for &object in &objects {
+            if self.flow() == Flow::Stop {
+                break;
+            }
+            if let Some(anew) = self.run.set_down_among_others(object, &layout, 1)?.pop() {
+                layout = anew;
+            }
+        }
+        Ok((!objects.is_empty()).then_some(layout))
+    }
+
+    /// The best layout with these objects set down anew, one after the other, each in the pose with which the whole
+    /// costs least, if it costs less than before.
+    pub(super) fn one_by_one_anew(&self, mut best: Trial) -> Result<Trial, BackendError> {
+        for object in self.to_set_anew(&best) {
+            if self.flow() == Flow::Stop {
+                break;
+            }
+            let layouts = self.run.set_down_among_others(object, &best.layout, POSES)?;
+            let focused = self.focused(&best);
+            let mut trials = focused.judge_copies(focused.settled(&focused.settling, &layouts)?, &best)?;
+            trials.retain(|trial| trial.cost + WORTH < best.cost);
+            trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let finalists: Vec<Layout> = trials.into_iter().take(FINALISTS_OF_ONE).map(|trial| trial.layout).collect();
+            let trials = self.judge(self.settled(&self.settling, &finalists)?)?;
+            let cheapest = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+            if let Some(cheapest) =
+                cheapest.filter(|trial| trial.cost + WORTH < best.cost && self.flow() == Flow::Continue)
+            {
+                best = cheapest;
+            }
+        }
+        Ok(best)
+    }
+
+    fn to_set_anew(&self, trial: &Trial) -> Vec<usize> {
+        let rolls = |&object: &usize| self.run.rolling.contains(&object) || self.fell(object, &trial.layout[object]);
+        trial.failing.iter().copied().filter(rolls).collect()
+    }
+}
