@@ -162,12 +162,25 @@ mod tests {
         ConvexPolyhedron::from_convex_hull(&corners.collect::<Vec<_>>()).unwrap()
     }
 
+    fn solid(centers: &[Vec3]) -> Solid {
+        Solid::of(centers.iter().copied().map(cube))
+    }
+
     #[test]
     fn the_nearest_support_is_chosen() {
-        let shelf = Solid::of([cube(Vec3::ZERO), cube(Vec3::Y * 3.0)].into_iter());
-        let shift = |y: f32| support_shift(&Solid::of([cube(Vec3::Y * y)].into_iter()), Vec3::ZERO, &shelf).unwrap();
+        let shelf = solid(&[Vec3::ZERO, Vec3::Y * 3.0]);
+        let shift = |y: f32| support_shift(&solid(&[Vec3::Y * y]), Vec3::ZERO, &shelf).unwrap();
         assert!((shift(0.9) - 0.1).abs() < 1e-3, "sunk by 10 cm, shifted by {}", shift(0.9));
         assert!((shift(1.2) + 0.2).abs() < 1e-3, "floating by 20 cm, shifted by {}", shift(1.2));
         assert!((shift(3.8) - 0.2).abs() < 1e-3, "on the upper board, shifted by {}", shift(3.8));
+    }
+
+    #[test]
+    fn what_is_put_aside_is_borne_by_what_is_there() {
+        let steps = solid(&[Vec3::ZERO, Vec3::new(1.2, 0.3, 0.0)]);
+        let shift = |aside: f32| support_shift(&solid(&[Vec3::Y * 1.1]), Vec3::X * aside, &steps);
+        assert!((shift(-0.9).unwrap() + 0.1).abs() < 1e-3, "on the lower step, shifted by {:?}", shift(-0.9));
+        assert!((shift(0.3).unwrap() - 0.2).abs() < 1e-3, "on both, shifted by {:?}", shift(0.3));
+        assert!(shift(-1.1).is_none() && shift(2.3).is_none(), "beside them");
     }
 }
