@@ -1,8 +1,8 @@
 //! What rolls or has fallen over, set down anew: where it is, as it was reconstructed, leaning on what is there. A pear
 //! that is let go comes to rest in few poses, and no random turn finds them.
 
-use super::tolerances::{FINALISTS_OF_ONE, POSES, WORTH};
-use super::{Layout, Opinions, trial::Trial};
+use super::tolerances::{FINALISTS_OF_ONE, POSES};
+use super::{Layout, Opinions, cheaper, finalists, trial::Trial};
 use crate::world::{BackendError, Flow};
 
 impl Opinions<'_> {
@@ -31,15 +31,10 @@ impl Opinions<'_> {
             }
             let layouts = self.run.set_down_among_others(object, &best.layout, POSES)?;
             let focused = self.focused(&best);
-            let mut trials = focused.judge_copies(focused.settled(&focused.settling, &layouts)?, &best)?;
-            trials.retain(|trial| trial.cost + WORTH < best.cost);
-            trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            let finalists: Vec<Layout> = trials.into_iter().take(FINALISTS_OF_ONE).map(|trial| trial.layout).collect();
+            let trials = focused.judge_copies(focused.settled(&focused.settling, &layouts)?, &best)?;
+            let finalists = finalists(trials, &best, FINALISTS_OF_ONE);
             let trials = self.judge(self.settled(&self.settling, &finalists)?)?;
-            let cheapest = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-            if let Some(cheapest) =
-                cheapest.filter(|trial| trial.cost + WORTH < best.cost && self.flow() == Flow::Continue)
-            {
+            if let Some(cheapest) = cheaper(trials, &best).filter(|_| self.flow() == Flow::Continue) {
                 best = cheapest;
             }
         }

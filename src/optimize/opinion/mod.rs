@@ -76,8 +76,7 @@ impl<'a> Opinions<'a> {
         state: &mut Checkpoint,
         observer: &mut dyn Observer,
     ) -> Result<Flow, BackendError> {
-        // Whether there is nothing to gain by setting objects of the best layout down anew one by one.
-        let (mut progress, mut best, mut set_anew) = match state.opinion() {
+        let (mut progress, mut best, mut nothing_to_set_anew) = match state.opinion() {
             Some((progress, layout)) => (progress, self.judge(vec![layout])?.swap_remove(0), false),
             None => (Progress::default(), self.start(layout)?, true),
         };
@@ -93,29 +92,24 @@ impl<'a> Opinions<'a> {
             if flow == Flow::Stop {
                 break;
             }
-            if progress.idle == 1 && !set_anew {
+            if progress.idle == 1 && !nothing_to_set_anew {
                 let cost = best.cost;
                 best = self.one_by_one_anew(best)?;
-                set_anew = best.cost == cost;
-                if !set_anew {
+                nothing_to_set_anew = best.cost == cost;
+                if !nothing_to_set_anew {
                     progress = Progress { rounds: progress.rounds + 1, idle: 0 };
                     continue;
                 }
             }
-            let mut trials = self.focused(&best).round(&best, progress.rounds)?;
-            trials.retain(|trial| trial.cost + WORTH < best.cost);
-            trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            let finalists: Vec<Layout> = trials.into_iter().take(FINALISTS).map(|trial| trial.layout).collect();
+            let finalists = finalists(self.focused(&best).round(&best, progress.rounds)?, &best, FINALISTS);
             let trials = self.judge_copies(self.settled(&self.settling, &finalists)?, &best)?;
             flow = self.flow();
             if flow == Flow::Stop {
                 break;
             }
             progress = Progress { rounds: progress.rounds + 1, idle: progress.idle + 1 };
-            if let Some(cheapest) = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
-                && cheapest.cost + WORTH < best.cost
-            {
-                (best, progress.idle, set_anew) = (cheapest, 0, false);
+            if let Some(cheapest) = cheaper(trials, &best) {
+                (best, progress.idle, nothing_to_set_anew) = (cheapest, 0, false);
             }
         }
         *layout = best.layout;
@@ -128,8 +122,8 @@ impl<'a> Opinions<'a> {
     }
 
     /// What the rounds start from: the layout with some room; or as everything comes to rest where it was set onto its
-    /// support before the search, which may have pushed something off that stood there; or with what rolls set down anew;
-    /// or a mixture of these.
+    /// support before the search, which may have pushed something off that stood there; or with what rolls or has
+    /// fallen set down anew; or a mixture of these. Then each of that is set down anew for as long as it gains anything.
     fn start(&self, layout: &Layout) -> Result<Trial, BackendError> {
         let found = self.roomy(layout)?;
         if found.failing.is_empty() {
@@ -141,9 +135,7 @@ impl<'a> Opinions<'a> {
             others.extend(rest(&anew)?);
         }
         others.extend(rest(&mixed(&found, &others, &found.failing))?);
-        let others = others.into_iter().filter(|trial| trial.cost + WORTH < found.cost);
-        let cheapest = others.min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let mut best = cheapest.unwrap_or(found);
+        let mut best = cheaper(others, &found).unwrap_or(found);
         loop {
             let cost = best.cost;
             best = self.one_by_one_anew(best)?;
@@ -197,6 +189,19 @@ impl<'a> Opinions<'a> {
 /// So many rounds may find nothing better than this one.
 fn patience(best: &Trial) -> u32 {
     if best.misplaced { PATIENCE_WHILE_MISPLACED } else { PATIENCE }
+}
+
+/// The cheapest of the trials, if it costs less than `best`.
+fn cheaper(trials: Vec<Trial>, best: &Trial) -> Option<Trial> {
+    let cheapest = trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+    cheapest.filter(|trial| trial.cost + WORTH < best.cost)
+}
+
+/// The layouts of at most so many of the cheapest trials that cost less than `best`.
+fn finalists(mut trials: Vec<Trial>, best: &Trial, most: usize) -> Vec<Layout> {
+    trials.retain(|trial| trial.cost + WORTH < best.cost);
+    trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    trials.into_iter().take(most).map(|trial| trial.layout).collect()
 }
 
 /// The best layout with each of these objects as it is in the trial in which it costs least.
