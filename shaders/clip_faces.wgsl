@@ -44,13 +44,26 @@ fn thin(points: ptr<function, Points>, count: u32, normal: vec3<f32>, deepest: p
         offer(&extremes, vec2(dot(u, p.xyz), dot(v, p.xyz)), p.w - *deepest, i);
     }
     var kept: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
+    var support = SupportPolygon();
+    var missing = Missing(-LOWEST, 0u, 0u);
     var taken = 0u;
-    for (var k = 0u; k < EXTREMES + count; k++) {
-        let p = (*points)[offered_in(extremes, k)];
-        let fresh = (k < EXTREMES || bears(p.w - *deepest)) && is_new(&kept, taken, p.xyz, k);
-        let to = min(taken, MAX_MANIFOLD_POINTS - 1u);
-        kept[to] = select(kept[to], p, fresh);
-        taken += select(0u, 1u, fresh);
+    for (var k = 0u; k < TRIES; k++) {
+        let looks = completes(k) && missing.reach > 0.0 && taken < MAX_MANIFOLD_POINTS;
+        if (looks) {
+            missing = Missing();
+        }
+        for (var i = 0u; i < select(0u, count, looks); i++) {
+            let p = (*points)[i];
+            if (bears(p.w - *deepest)) {
+                offer_missing(&missing, &support, vec2(dot(u, p.xyz), dot(v, p.xyz)), i);
+            }
+        }
+        let p = (*points)[select(extreme(extremes, k), missing.number, completes(k))];
+        if ((missing.reach > 0.0 || !completes(k)) && is_new(&kept, taken, p.xyz, k)) {
+            extend(&support, k, missing, vec2(dot(u, p.xyz), dot(v, p.xyz)));
+            kept[taken] = p;
+            taken++;
+        }
     }
     *deepest = -LOWEST;
     for (var k = 0u; k < taken; k++) {

@@ -71,14 +71,27 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
         }
     }
     var kept: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
+    var support = SupportPolygon();
+    var missing = Missing(-LOWEST, 0u, 0u);
     var taken = 0u;
     let all = near <= 3u;
-    let tries = select(EXTREMES + hull.vertex_count, near, all);
-    for (var k = 0u; k < tries; k++) {
-        let p = vertices[hull.first_vertex + select(offered_in(extremes, k), first[k & 3u], all)].xyz;
+    for (var k = 0u; k < select(TRIES, near, all); k++) {
+        let looks = completes(k) && missing.reach > 0.0 && taken < MAX_MANIFOLD_POINTS;
+        if (looks) {
+            missing = Missing();
+        }
+        for (var i = 0u; i < select(0u, hull.vertex_count, looks); i++) {
+            let p = vertices[hull.first_vertex + i].xyz;
+            let separation = dot(up, p) + height;
+            if (separation <= margin && bears(separation - deepest)) {
+                offer_missing(&missing, &support, vec2(dot(u, p), dot(v, p)), i);
+            }
+        }
+        let number = select(extreme(extremes, k), missing.number, completes(k));
+        let p = vertices[hull.first_vertex + select(number, first[k & 3u], all)].xyz;
         let separation = dot(up, p) + height;
-        let tried = k < EXTREMES || (separation <= margin && bears(separation - deepest));
-        if (all || (tried && is_new(&kept, taken, p, k))) {
+        if (all || ((missing.reach > 0.0 || !completes(k)) && is_new(&kept, taken, p, k))) {
+            extend(&support, k, missing, vec2(dot(u, p), dot(v, p)));
             let on_b = rotate(pose.rotation, p) + pose.translation;
             let on_a = on_b - vec3(0.0, separation, 0.0);
             kept[taken] = vec4(p, separation);

@@ -152,17 +152,25 @@ fn gather(index: u32, first: u32, end: u32) {
                     offer(&extremes, vec2(dot(u, p.on_b), dot(v, p.on_b)), p.separation - seeds[k].w, sorted[i]);
                 }
                 var positions: array<vec4<f32>, MAX_MANIFOLD_POINTS>;
+                var support = SupportPolygon();
+                var missing = Missing(-LOWEST, 0u, 0u);
                 var taken = 0u;
-                for (var j = 0u; j < EXTREMES + ends[k] - begin; j++) {
-                    if (taken == MAX_MANIFOLD_POINTS) {
-                        break;
+                for (var j = 0u; j < TRIES; j++) {
+                    let looks = completes(j) && missing.reach > 0.0 && taken < MAX_MANIFOLD_POINTS;
+                    if (looks) {
+                        missing = Missing();
                     }
-                    let left = begin + j - min(j, EXTREMES);
-                    let number = select(sorted[left], extreme(extremes, j), j < EXTREMES);
-                    let p = manifold_points[number];
-                    let tried = j < EXTREMES || bears(p.separation - seeds[k].w);
-                    if (tried && is_new(&positions, taken, p.on_b, j)) {
-                        positions[taken] = vec4(p.on_b, 0.0);
+                    for (var i = select(ends[k], begin, looks); i < ends[k]; i++) {
+                        let p = manifold_points[sorted[i]];
+                        if (bears(p.separation - seeds[k].w)) {
+                            offer_missing(&missing, &support, vec2(dot(u, p.on_b), dot(v, p.on_b)), sorted[i]);
+                        }
+                    }
+                    let number = select(extreme(extremes, j), missing.number, completes(j));
+                    let p = manifold_points[number].on_b;
+                    if ((missing.reach > 0.0 || !completes(j)) && is_new(&positions, taken, p, j)) {
+                        extend(&support, j, missing, vec2(dot(u, p), dot(v, p)));
+                        positions[taken] = vec4(p, 0.0);
                         gathered[count + taken] = number;
                         taken++;
                     }

@@ -193,6 +193,21 @@ fn reduction_keeps_the_outline_of_what_bears() {
 }
 
 #[test]
+fn reduction_keeps_corners_that_are_farthest_in_no_direction() {
+    // A foot cut off by an edge of three pieces; the two corners between them are 6 mm beyond its ends.
+    let foot = [[0.0, -0.1], [0.006, -0.04], [0.006, 0.04], [0.0, 0.1], [-0.1, 0.04], [-0.1, -0.04]];
+    let inside = (0..20).map(|i| [-0.003 * i as f32, 0.02]);
+    let flat: Vec<[f32; 2]> = inside.chain(foot).collect();
+    for turn in (0..90).map(|degrees| Quat::from_rotation_y((degrees as f32).to_radians())) {
+        let points: Vec<Vec3> = flat.iter().map(|&[x, z]| turn * Vec3::new(x, 0.0, z)).collect();
+        let kept = reduce(points.len(), |i| (points[i], 0.0), Vec3::Y);
+        let mut kept: Vec<u16> = kept.indices().to_vec();
+        kept.sort();
+        assert_eq!(kept, [20, 21, 22, 23, 24, 25]);
+    }
+}
+
+#[test]
 fn no_finite_pose_no_contact() {
     let shape = cuboid(Vec3::splat(0.1));
     for bad in [f32::NAN, f32::INFINITY] {

@@ -1,7 +1,7 @@
 //! Friction, tipping, weight and rolling against their closed forms.
 
 use super::{both, drift, measured, settings, undamped};
-use crate::common::hulls::{cuboid, sliced_ball};
+use crate::common::hulls::{cuboid, prism, shifted, sliced_ball};
 use crate::common::scenario::{Scenario, box_inertia, run};
 use glam::{Quat, Vec3};
 use rest3d_gpu::world::{Backend, Pose, Velocity};
@@ -94,6 +94,30 @@ pub fn a_turned_overhang_tips_there_too(backend: &dyn Backend) {
             let found = drift(backend, &s, &settings(240), 0);
             measured(&format!("{half} m turned by {degrees}°, {past} m past the edge: turn"), found.turned, tips);
             assert_eq!(found.turned > 0.05, tips, "{half} m turned by {degrees}°, {past} m past the edge: {found:?}");
+        }
+    }
+}
+
+/// The rim crosses the foot in three straight pieces, and the corners between them bear. The foot is of many parts, most
+/// of whose corners are inside what bears.
+pub fn a_foot_of_many_parts_tips_at_the_rim_of_a_round_table(backend: &dyn Backend) {
+    const SIDES: usize = 24;
+    let apothem = 0.6 * (std::f32::consts::PI / SIDES as f32).cos();
+    let tile = |i: usize| {
+        shifted(&cuboid(Vec3::new(0.03, 0.01, 0.03)), 0.06 * Vec3::new((i % 4) as f32 - 1.5, 0.0, (i / 4) as f32 - 1.5))
+    };
+    let pole = shifted(&cuboid(Vec3::new(0.01, 0.1, 0.01)), 0.11 * Vec3::Y);
+    let parts: Vec<Vec<Vec3>> = (0..16).map(tile).chain([pole]).collect();
+    for degrees in (0..360).step_by(15) {
+        for (past, tips) in [(-1e-3, false), (1e-3, true)] {
+            let turn = Quat::from_rotation_y((degrees as f32).to_radians());
+            let mut s = Scenario::default();
+            s.fixed(vec![prism(0.6, 0.02, SIDES)], 0.52 * Vec3::Y, turn);
+            let at = Pose::new(Quat::IDENTITY, (apothem + past) * (turn * Vec3::X) + 0.55 * Vec3::Y);
+            s.body(parts.clone(), 1.0, Vec3::splat(0.01), at);
+            let found = drift(backend, &s, &settings(120), 0);
+            measured(&format!("foot at {degrees}°, {past} m past the rim: turn, rad"), found.turned, tips);
+            assert_eq!(found.turned > 0.02, tips, "at {degrees}°, {past} m past the rim: {found:?}");
         }
     }
 }

@@ -87,6 +87,7 @@ macro_rules! physics_suite {
                 a_block_tips_at_its_aspect,
                 an_overhang_tips_when_its_centre_passes_the_edge,
                 a_turned_overhang_tips_there_too,
+                a_foot_of_many_parts_tips_at_the_rim_of_a_round_table,
                 a_lever_weighs_half_a_percent,
                 a_ball_rolls,
                 a_prism_rolls_over_its_edges,
