@@ -74,6 +74,24 @@ fn what_would_fall_off_its_support_is_moved_inwards() {
     assert!(object.lost_support, "{object:?}");
 }
 
+#[test]
+fn what_would_tip_with_what_is_on_it_is_moved_inwards() {
+    for (x, least, most) in [(0.45, 0.0, 1e-3), (0.57, 0.014, 0.03), (0.6, 0.018, 0.035)] {
+        let mut boxes = Boxes::default();
+        let stone = boxes.add("stone", GROUND, Vec3::new(1.0, 0.5, 1.0), DVec3::ZERO);
+        boxes.objects[stone].movable = false;
+        // Alone it would stay, with its middle 8 cm from the edge.
+        let tray = boxes.add("tray", Parent::Object(stone), Vec3::new(0.5, 0.02, 0.3), DVec3::new(0.42, 0.5, 0.0));
+        let jug = boxes.add("jug", Parent::Object(tray), Vec3::splat(0.1), DVec3::new(x, 0.52, 0.0));
+        let outcome = simple(&boxes, &CpuBackend, &Config { seat: true, ..frozen() });
+        for object in [tray, jug] {
+            let object = &outcome.objects[object];
+            assert!(object.stable && !object.fallen && !object.lost_support, "jug at {x} m: {object:?}");
+            assert!((least..=most).contains(&object.moved), "jug at {x} m: {object:?}");
+        }
+    }
+}
+
 /// Where a toy 10 cm long ends that is inside a tray 50 cm long, or on it, with rims 2 cm wide and 8 cm high on a floor
 /// of 2 cm. Its middle is at `x` and its bottom at `y`.
 fn toy_at(x: f64, y: f64, relation: Relation) -> DVec3 {

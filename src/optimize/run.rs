@@ -151,8 +151,8 @@ impl<'a> Run<'a> {
 
     fn seat<'b>(&'b self, room: &'b Room) -> Seat<'b> {
         let Self { scene, rigs, alternatives, backend, forms, .. } = self;
-        let settings = &self.config.settle;
-        Seat { scene, rigs, alternatives, backend: *backend, simulation: self.config.fine(), settings, room, forms }
+        let (simulation, settings) = (self.config.fine(), &self.config.settle);
+        Seat { scene, rigs, alternatives, backend: *backend, simulation, settings, room, forms, loaded: false }
     }
 
     /// The layout with an object, and what is on it, set down near where it is, in so many poses of rest near to how it was

@@ -1,7 +1,7 @@
 //! What falls off its support is moved inwards, as little as need be: reconstructions put cups and fruit beyond the
 //! edge of the table that they stand on.
 
-use super::tolerances::{DISTANCES, MARGIN, STEPS, WIDE_SHARE, WIDEST};
+use super::tolerances::{DISTANCES, MARGIN, MOST_LOAD, STEPS, WIDE_SHARE, WIDEST};
 use super::{Rest, Seat};
 use crate::optimize::{directions::directions, support::Placed};
 use crate::scene::{self, Parent};
@@ -125,6 +125,22 @@ impl Seat<'_> {
             self.carry(object, *place, layout);
         }
         Ok(inside.is_some())
+    }
+
+    /// Moves an object that bears others, with these, to where it stays on its parent with them on it, and away from the
+    /// edge: a tray with a plate on its rim may tip where the tray alone does not.
+    pub(super) fn move_loaded_from_edge(&self, object: usize, layout: &mut [scene::Pose]) -> Result<(), BackendError> {
+        let loaded = Self { loaded: true, ..self.clone() };
+        let on_object = matches!(self.scene.objects[object].parent, Parent::Object(_));
+        if !on_object || !(1..=MOST_LOAD).contains(&loaded.load(object).len()) {
+            return Ok(());
+        }
+        let rest = loaded.rest(object, layout)?.filter(Rest::stays);
+        match loaded.is_borne(object, rest.as_ref(), layout) {
+            true => loaded.move_from_edge(object, true, layout)?,
+            false => loaded.move_inwards(object, true, layout)?,
+        };
+        Ok(())
     }
 
     /// Where an object is when set down after each shift, and how far from there it comes to rest, m; none where it

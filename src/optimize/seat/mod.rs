@@ -71,6 +71,8 @@ pub(super) struct Seat<'a> {
     pub settings: &'a SettleSettings,
     pub room: &'a Room,
     pub forms: &'a [Form],
+    /// Objects are let go with everything on them, not alone.
+    pub loaded: bool,
 }
 
 impl Seat<'_> {
@@ -134,7 +136,18 @@ impl Seat<'_> {
                 unsteady.leaning.push(object);
             }
         }
+        for object in self.by_level(layout).into_iter().rev() {
+            if which(object) && !self.scene.is_static(object) && bearers[object].is_empty() {
+                self.move_loaded_from_edge(object, layout)?;
+            }
+        }
         Ok(unsteady)
+    }
+
+    /// What is let go with an object.
+    fn load(&self, object: usize) -> Vec<usize> {
+        let enter = |child| self.loaded && !self.scene.is_static(child);
+        self.scene.subtree(object, enter).split_off(1)
     }
 
     /// All objects, what stands on roots first, then what that bears, and so on; of what one bears the lowest first, and
@@ -203,7 +216,7 @@ impl Seat<'_> {
         layout[object] = pose;
     }
 
-    /// Where the object comes to rest alone on its held parent; none if that cannot be simulated.
+    /// Where the object comes to rest on its held parent, alone or `loaded`; none if that cannot be simulated.
     pub(super) fn rest(&self, object: usize, layout: &[scene::Pose]) -> Result<Option<Rest>, BackendError> {
         Ok(self.rests(object, &[], layout, &[layout[object]])?.remove(0))
     }
@@ -229,7 +242,10 @@ impl Seat<'_> {
         poses: &[scene::Pose],
     ) -> Result<Vec<Option<Rest>>, BackendError> {
         let rig = &self.rigs[object];
-        let mut defs = vec![rig.def(0, rig.body(&layout[object]), rig.body(&layout[object]))];
+        let load = self.load(object);
+        let body = |i: usize, layout: &[scene::Pose]| self.rigs[i].body(&layout[i]);
+        let moves = |i: usize| self.rigs[i].def(0, body(i, layout), body(i, layout));
+        let mut defs: Vec<BodyDef> = [object].iter().chain(&load).map(|&i| moves(i)).collect();
         if let Parent::Object(parent) = self.scene.objects[object].parent {
             let held = self.rigs[parent].body(&layout[parent]);
             defs.push(self.rigs[parent].def(STATIC, held, held));
@@ -237,7 +253,16 @@ impl Seat<'_> {
         defs.extend_from_slice(others);
         let world = World::new(&defs, &[0]);
         let settings = SettleSettings { max_seconds: REST_SECONDS, ..self.settings.clone() };
-        let start = |pose| [rig.body(pose)].into_iter().chain(world.start[1..].iter().copied());
+        let start = |pose: &scene::Pose| {
+            let mut start = vec![rig.body(pose)];
+            if !load.is_empty() {
+                let mut carried = layout.to_vec();
+                self.carry(object, *pose, &mut carried);
+                start.extend(load.iter().map(|&i| body(i, &carried)));
+            }
+            start.extend_from_slice(&world.start[start.len()..]);
+            start
+        };
         let starts: Vec<Pose> = poses.iter().flat_map(start).collect();
         let goes_on = |now: &[Pose]| if within(&rig.object(&now[0])) { Flow::Continue } else { Flow::Stop };
         let settled = settle(self.backend, &world, &self.simulation, &settings, &starts, &goes_on)?;

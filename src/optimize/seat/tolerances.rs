@@ -49,6 +49,10 @@ pub(super) const WIDEST: f64 = 0.03;
 /// Shares of a margin that are tried outwards, to see how far an object is from falling.
 pub(super) const STEPS: [f64; 3] = [0.25, 0.5, 0.75];
 
+/// So many things at most are let go with what bears them, to see whether it stands at an edge with them: a pile of
+/// hundreds would take minutes.
+pub(super) const MOST_LOAD: usize = 32;
+
 /// Something bears an object, too, if it is at most so much higher or lower than where that stands on its parent, m.
 pub(super) const STEP: f32 = 0.05;
 
