@@ -1,5 +1,5 @@
-// Kernel `passing`: drops the contacts of hulls that only pass each other, one invocation a slot of a hull pair.
-// As `cpu::narrow_phase::passes`.
+// Kernel `passing`: drops the contacts of hulls that only pass each other or glide over each other, one invocation a slot
+// of a hull pair. As `cpu::narrow_phase::passes`.
 
 #import batch
 #import body
@@ -25,10 +25,9 @@
 @group(0) @binding(10) var<storage, read> manifold_points: array<ManifoldPoint>;
 @group(0) @binding(11) var<storage, read_write> manifolds: array<Manifold>;
 
-// A body that nothing touches.
 struct Mover {
     pose: Pose,
-    // Its speeds, gravity included.
+    // Its speeds; if nothing touches it, gravity included.
     linear: vec3<f32>,
     angular: vec3<f32>,
 }
@@ -102,6 +101,81 @@ fn stays_beside(hull: Hull, other: Hull, way: Way, nearest: vec3<f32>) -> bool {
     return false;
 }
 
+// True if a face of `hull` that looks another way than `outward`, the contact's, has all of `other` above it, now and
+// later, or hardly below. `nearest`: a point of `other` that is about to touch (the frame of the hull's body).
+fn glides_over(hull: Hull, other: Hull, now: Frame, then: Frame, nearest: vec3<f32>, outward: vec3<f32>) -> bool {
+    for (var i = hull.first_face; i < hull.first_face + hull.face_count; i++) {
+        let plane = faces[i].plane;
+        var over = dot(plane.xyz, outward) < GLIDING_COSINE && dot(plane.xyz, nearest) - plane.w > -GLIDING_DEPTH;
+        for (var k = 0u; over && k < other.vertex_count; k++) {
+            let vertex = vertices[other.first_vertex + k].xyz;
+            let low = min(dot(plane.xyz, carried(now, vertex)), dot(plane.xyz, carried(then, vertex)));
+            over = low - plane.w > -GLIDING_DEPTH;
+        }
+        if (over) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// The first contact of the slot farther apart than `least` that acts, or past its end.
+fn acting(slot: u32, a: Mover, b: Mover, horizon: f32, least: f32) -> u32 {
+    let manifold = manifolds[slot];
+    let end = slot * MAX_MANIFOLD_POINTS + manifold.count;
+    var first = end;
+    for (var i = slot * MAX_MANIFOLD_POINTS; i < end; i++) {
+        let point = manifold_points[i];
+        let closer = dot(manifold.normal, moved(a, point.on_a, horizon) - moved(b, point.on_b, horizon));
+        first = select(first, min(first, i), point.separation > least && closer > point.separation);
+    }
+    return first;
+}
+
+// Where a point (world) is in a body's frame.
+fn seen_from(pose: Pose, point: vec3<f32>) -> vec3<f32> {
+    return rotate(conjugate(pose.rotation), point - pose.translation);
+}
+
+fn flies_past(slot: u32, row: u32, facing: Facing, horizon: f32) -> bool {
+    let a = mover(row, facing.bodies.x, horizon);
+    let b = mover(row, facing.bodies.y, horizon);
+    let point = acting(slot, a, b, horizon, 0.0);
+    if (point == slot * MAX_MANIFOLD_POINTS + manifolds[slot].count) {
+        return false;
+    }
+    let first = hulls[facing.hulls.x];
+    let second = hulls[facing.hulls.y];
+    let a_halfway = later(a, 0.5 * horizon);
+    let b_halfway = later(b, 0.5 * horizon);
+    let a_later = later(a, horizon);
+    let b_later = later(b, horizon);
+    let past_first = Way(between(a.pose, b.pose), between(a_halfway, b_halfway), between(a_later, b_later));
+    let past_second = Way(between(b.pose, a.pose), between(b_halfway, a_halfway), between(b_later, a_later));
+    return stays_beside(first, second, past_first, seen_from(b.pose, manifold_points[point].on_b))
+        || stays_beside(second, first, past_second, seen_from(a.pose, manifold_points[point].on_a));
+}
+
+// What rests falls nowhere: without gravity.
+fn glides(slot: u32, row: u32, facing: Facing, horizon: f32) -> bool {
+    let a = mover(row, facing.bodies.x, 0.0);
+    let b = mover(row, facing.bodies.y, 0.0);
+    let point = acting(slot, a, b, horizon, -GLIDING_DEPTH);
+    if (point == slot * MAX_MANIFOLD_POINTS + manifolds[slot].count) {
+        return false;
+    }
+    let first = hulls[facing.hulls.x];
+    let second = hulls[facing.hulls.y];
+    let a_later = later(a, horizon);
+    let b_later = later(b, horizon);
+    let on_first = seen_from(a.pose, manifold_points[point].on_b);
+    let on_second = seen_from(b.pose, manifold_points[point].on_a);
+    let along_first = rotate(conjugate(a.pose.rotation), manifolds[slot].normal);
+    let along_second = -rotate(conjugate(b.pose.rotation), manifolds[slot].normal);
+    return glides_over(first, second, between(a.pose, b.pose), between(a_later, b_later), on_first, along_first)
+        || glides_over(second, first, between(b.pose, a.pose), between(b_later, a_later), on_second, along_second);
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) workgroups: vec3<u32>) {
     let index = invocation(id, workgroups);
@@ -111,38 +185,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     let candidate = index / sim.hull_pairs;
     let slot = candidate * (arrayLength(&manifolds) / batch.candidates) + index % sim.hull_pairs;
     let facing = facings[index];
-    let manifold = manifolds[slot];
-    if (facing.side == NO_CONTACT || manifold.count == 0u) {
+    if (facing.side == NO_CONTACT || manifolds[slot].count == 0u) {
         return;
     }
     let row = candidate * batch.bodies;
     // Contacts act up to a small step beyond the end of the substep.
     let horizon = sim.substep + sim.small_step;
-    let a = mover(row, facing.bodies.x, horizon);
-    let b = mover(row, facing.bodies.y, horizon);
-    // The first that would act.
-    let first_point = slot * MAX_MANIFOLD_POINTS;
-    let end = first_point + manifold.count;
-    var acting = end;
-    for (var i = first_point; i < end; i++) {
-        let point = manifold_points[i];
-        let closer = dot(manifold.normal, moved(a, point.on_a, horizon) - moved(b, point.on_b, horizon));
-        acting = select(acting, min(acting, i), point.separation > 0.0 && closer > point.separation);
-    }
-    if (acting == end) {
-        return;
-    }
-    let nearest_a = rotate(conjugate(a.pose.rotation), manifold_points[acting].on_a - a.pose.translation);
-    let nearest_b = rotate(conjugate(b.pose.rotation), manifold_points[acting].on_b - b.pose.translation);
-    let first = hulls[facing.hulls.x];
-    let second = hulls[facing.hulls.y];
-    let a_halfway = later(a, 0.5 * horizon);
-    let b_halfway = later(b, 0.5 * horizon);
-    let a_later = later(a, horizon);
-    let b_later = later(b, horizon);
-    let past_first = Way(between(a.pose, b.pose), between(a_halfway, b_halfway), between(a_later, b_later));
-    let past_second = Way(between(b.pose, a.pose), between(b_halfway, a_halfway), between(b_later, a_later));
-    if (stays_beside(first, second, past_first, nearest_b) || stays_beside(second, first, past_second, nearest_a)) {
+    if (flies_past(slot, row, facing, horizon) || glides(slot, row, facing, horizon)) {
         manifolds[slot].count = 0u;
     }
 }

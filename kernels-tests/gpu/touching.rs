@@ -204,13 +204,11 @@ impl Expected {
         if let Some(separation) = narrow.separation(&query, margin, &mut cache) {
             manifold(&query, &separation, margin, &mut out);
             let horizon = settings.substep() + settings.small_step();
-            let velocities = world.pairs[pair.pair as usize].map(|body| {
-                let mut velocity = self.velocities[body as usize];
-                let gravity = if world.bodies[body as usize].is_static() { 0.0 } else { settings.gravity };
-                velocity.linear.y += horizon * gravity;
-                velocity
-            });
-            if passes(&query, &velocities, horizon, &out) {
+            let bodies = world.pairs[pair.pair as usize];
+            let velocities = bodies.map(|body| self.velocities[body as usize]);
+            let is_static = |body: u32| world.bodies[body as usize].is_static();
+            let falls = bodies.map(|body| if is_static(body) { 0.0 } else { horizon * settings.gravity });
+            if passes(&query, &velocities, falls, horizon, &out) {
                 self.passing += 1;
                 out.count = 0;
             }

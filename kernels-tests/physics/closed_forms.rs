@@ -41,6 +41,35 @@ pub fn friction_cone(backend: &dyn Backend) {
     }
 }
 
+/// The ends of the slabs touch what slides from one onto the next, but do not bar its way.
+pub fn what_slides_over_seams_is_not_stopped(backend: &dyn Backend) {
+    const SLAB: Vec3 = Vec3::new(0.1, 0.05, 0.5);
+    let half = Vec3::new(0.15, 0.05, 0.1);
+    let foot = |i: usize| {
+        let corner = Vec3::new((i & 1) as f32 - 0.5, 0.0, (i >> 1) as f32 - 0.5);
+        shifted(&cuboid(0.45 * half), 1.1 * half * corner - 0.55 * half.y * Vec3::Y)
+    };
+    let feet: Vec<Vec<Vec3>> = (0..4).map(foot).chain([cuboid(half * Vec3::new(1.0, 0.1, 1.0))]).collect();
+    for settings in both(backend, 60) {
+        for (part, height) in [(vec![cuboid(half)], half.y), (feet.clone(), half.y)] {
+            for (degrees, turned) in [(50.0, 0.0), (54.0, 20f32), (60.0, 0.0), (70.0, 30.0)] {
+                let slope = rising(degrees) * Quat::from_rotation_y(turned.to_radians());
+                let inertia = box_inertia(1.0, half);
+                let whole = on_slope(slope, part.clone(), 1.0, inertia, height);
+                let slab =
+                    |i: usize| shifted(&cuboid(SLAB), Vec3::X * (1.07 - 2.0 * SLAB.x * i as f32) - SLAB.y * Vec3::Y);
+                let mut of_slabs = Scenario::default();
+                of_slabs.fixed((0..40).map(slab).collect(), 30.0 * Vec3::Y, rising(degrees));
+                let start = Pose::new(slope, 30.0 * Vec3::Y + height * (slope * Vec3::Y));
+                of_slabs.body(part.clone(), 1.0, inertia, start);
+                let [expected, found] = [&whole, &of_slabs].map(|s| drift(backend, s, &settings, 0).moved);
+                measured(&format!("slid over slabs in 1 s at {degrees}°, turned by {turned}°, m"), found, expected);
+                assert!((found - expected).abs() < 0.02 * expected, "{degrees}°, {turned}°: {found} of {expected} m");
+            }
+        }
+    }
+}
+
 /// Friction has no directions of its own: whichever way a slope faces, an oblong box slides straight down.
 pub fn what_slides_goes_straight_down(backend: &dyn Backend) {
     for settings in both(backend, 60) {

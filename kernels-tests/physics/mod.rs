@@ -83,6 +83,7 @@ macro_rules! physics_suite {
             ]
             closed_forms: [
                 friction_cone,
+                what_slides_over_seams_is_not_stopped,
                 what_slides_goes_straight_down,
                 a_block_tips_at_its_aspect,
                 an_overhang_tips_when_its_centre_passes_the_edge,

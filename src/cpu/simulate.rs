@@ -120,7 +120,9 @@ impl Workspace {
             }
             let margin = self.broad.margin(pair);
             let [pose_a, pose_b] = pair.map(|i| self.poses[i as usize]);
-            let velocities = pair.map(|i| self.falling(world, horizon * settings.gravity, i as usize));
+            let velocities = pair.map(|i| self.velocities[i as usize]);
+            let falls =
+                pair.map(|i| if world.bodies[i as usize].is_static() { 0.0 } else { horizon * settings.gravity });
             scratch.gatherer.clear();
             while next < self.pairs.len() && self.pairs[next].pair == index {
                 let HullPair { a, b, .. } = self.pairs[next];
@@ -134,7 +136,7 @@ impl Workspace {
                 clock.lap(Kernel::NarrowPhase);
                 if let Some(found) = found {
                     manifold(&hulls, &found, margin, &mut scratch.manifold);
-                    if passes(&hulls, &velocities, horizon, &scratch.manifold) {
+                    if passes(&hulls, &velocities, falls, horizon, &scratch.manifold) {
                         scratch.manifold.count = 0;
                     }
                     scratch.gatherer.add(scratch.manifold.normal, scratch.manifold.points());
@@ -169,13 +171,6 @@ impl Workspace {
         if self.contacts.points.len() as u32 > self.capacities.contacts {
             self.grow(Status::CONTACTS, self.contacts.points.len() as u32, world);
         }
-    }
-
-    /// A body's velocity if nothing touches it; gravity adds `fall` (m/s) to the upward one.
-    fn falling(&self, world: &World, fall: f32, body: usize) -> Velocity {
-        let mut velocity = self.velocities[body];
-        velocity.linear.y += if world.bodies[body].is_static() { 0.0 } else { fall };
-        velocity
     }
 
     /// Lists overlapping hull pairs, growing the slots when they do not fit. `margin`: one for all pairs, or by speed.

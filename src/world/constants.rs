@@ -74,6 +74,12 @@ pub const ROLLING_PENALTY: f32 = 5.0;
 /// that falls on a corner swings through what it falls on.
 pub const LANDING_PENALTY: f32 = 1.0;
 
+/// What is no deeper than this below a face glides over it, m: what rests is up to a slop deep.
+pub const GLIDING_DEPTH: f32 = 2.0 * LINEAR_SLOP;
+
+/// Largest cosine between that face and the contact that does not act because of it: another contact bears what glides.
+pub const GLIDING_COSINE: f32 = 0.5;
+
 /// Patches kept per body pair. With fewer than six or so, a cone slips through the ring that holds it.
 pub const MAX_PATCHES: usize = 8;
 

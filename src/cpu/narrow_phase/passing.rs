@@ -1,5 +1,5 @@
 //! Hulls that pass each other: contacts are made a substep ahead, and one between things that only fall past each other
-//! would stop them in the air.
+//! would stop them in the air; or what slides over the seam of two parts, at the end of the next.
 //!
 //! The idea of a conservative advance: where a plane on which one hull lies keeps all of the other on its outer side
 //! for as long as contacts act, they do not meet, whatever their nearest corners are about to do. The planes that are
@@ -9,27 +9,70 @@
 //! act is asked, so that a thing at rest never loses what bears it.
 
 use super::{HullPair, Manifold, ManifoldPoint};
+use crate::world::constants::{GLIDING_COSINE, GLIDING_DEPTH};
 use crate::world::{Pose, Velocity, compose, from_scaled_axis};
 use glam::{Mat3, Vec3, Vec4};
 
-/// True if a contact of the pair would act within `dt` (s), and yet the hulls only pass each other. `velocities` are
-/// those of the bodies if nothing touches them, gravity included.
-pub fn passes(pair: &HullPair, velocities: &[Velocity; 2], dt: f32, manifold: &Manifold) -> bool {
+/// True if a contact of the pair would act within `dt` (s), and yet the hulls only pass each other, or one glides over
+/// the other. `falls`: what gravity adds to the upward velocities of the two bodies if nothing touches them, m/s.
+pub fn passes(pair: &HullPair, velocities: &[Velocity; 2], falls: [f32; 2], dt: f32, manifold: &Manifold) -> bool {
+    let mut falling = *velocities;
+    falling.iter_mut().zip(falls).for_each(|(velocity, fall)| velocity.linear.y += fall);
+    flies_past(pair, &falling, dt, manifold) || glides_over(pair, velocities, dt, manifold)
+}
+
+/// The first contact farther apart than `least` (m) that acts at these velocities.
+fn acting<'m>(
+    pair: &HullPair,
+    velocities: &[Velocity; 2],
+    dt: f32,
+    manifold: &'m Manifold,
+    least: f32,
+) -> Option<&'m ManifoldPoint> {
     let acts = |point: &&ManifoldPoint| {
         let moved = |side: usize, at: Vec3| {
             let Velocity { linear, angular, .. } = velocities[side];
             dt * (linear + angular.cross(at - pair.poses[side].translation))
         };
         let closer = manifold.normal.dot(moved(0, point.on_a) - moved(1, point.on_b));
-        point.separation > 0.0 && closer > point.separation
+        point.separation > least && closer > point.separation
     };
-    manifold.points().iter().find(acts).is_some_and(|point| {
-        let after = |time: f32| [0, 1].map(|side: usize| end(pair.poses[side], &velocities[side], time));
+    manifold.points().iter().find(acts)
+}
+
+/// True if the hulls only pass each other, at the velocities that they have if nothing touches them.
+fn flies_past(pair: &HullPair, falling: &[Velocity; 2], dt: f32, manifold: &Manifold) -> bool {
+    acting(pair, falling, dt, manifold, 0.0).is_some_and(|point| {
+        let after = |time: f32| [0, 1].map(|side: usize| end(pair.poses[side], &falling[side], time));
         let (halfway, later) = (after(0.5 * dt), after(dt));
         (0..2).any(|side| {
             let to_side = |poses: &[Pose; 2]| HullPair { poses: [&poses[0], &poses[1]], ..*pair }.other_to(side);
             let nearest = pair.poses[1 - side].inverse_point([point.on_b, point.on_a][side]);
             Way([pair.other_to(side), to_side(&halfway), to_side(&later)]).stays_beside(pair, side, nearest)
+        })
+    })
+}
+
+/// True if a face that looks another way than the contact has all of the other hull above it, now and later, or hardly
+/// below: what slides over the parts of a slope touches the end of the next part, too, whose top it is about to slide
+/// on. Without gravity: what rests falls nowhere.
+fn glides_over(pair: &HullPair, velocities: &[Velocity; 2], dt: f32, manifold: &Manifold) -> bool {
+    acting(pair, velocities, dt, manifold, -GLIDING_DEPTH).is_some_and(|point| {
+        let later = [0, 1].map(|side: usize| end(pair.poses[side], &velocities[side], dt));
+        (0..2).any(|side| {
+            let nearest = pair.poses[side].inverse_point([point.on_b, point.on_a][side]);
+            let outward = pair.poses[side].rotation.conjugate() * ([1.0, -1.0][side] * manifold.normal);
+            let height = |plane: Vec4, p: Vec3| plane.truncate().dot(p) - plane.w;
+            let over = |plane: Vec4| {
+                let to_side = HullPair { poses: [&later[0], &later[1]], ..*pair }.other_to(side);
+                let ways = [pair.other_to(side), to_side];
+                let above =
+                    |v: Vec3| ways.iter().all(|&(turn, shift)| height(plane, turn * v + shift) > -GLIDING_DEPTH);
+                pair.tables.vertices_of(pair.hull(1 - side)).iter().all(|v| above(v.truncate()))
+            };
+            pair.tables.faces_of(pair.hull(side)).iter().map(|face| face.plane).any(|plane| {
+                plane.truncate().dot(outward) < GLIDING_COSINE && height(plane, nearest) > -GLIDING_DEPTH && over(plane)
+            })
         })
     })
 }
