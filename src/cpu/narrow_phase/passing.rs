@@ -58,20 +58,24 @@ fn flies_past(pair: &HullPair, falling: &[Velocity; 2], dt: f32, manifold: &Mani
 /// on. Without gravity: what rests falls nowhere.
 fn glides_over(pair: &HullPair, velocities: &[Velocity; 2], dt: f32, manifold: &Manifold) -> bool {
     acting(pair, velocities, dt, manifold, -GLIDING_DEPTH).is_some_and(|point| {
-        let later = [0, 1].map(|side: usize| end(pair.poses[side], &velocities[side], dt));
         (0..2).any(|side| {
             let nearest = pair.poses[side].inverse_point([point.on_b, point.on_a][side]);
             let outward = pair.poses[side].rotation.conjugate() * ([1.0, -1.0][side] * manifold.normal);
             let height = |plane: Vec4, p: Vec3| plane.truncate().dot(p) - plane.w;
-            let over = |plane: Vec4| {
-                let to_side = HullPair { poses: [&later[0], &later[1]], ..*pair }.other_to(side);
-                let ways = [pair.other_to(side), to_side];
-                let above =
-                    |v: Vec3| ways.iter().all(|&(turn, shift)| height(plane, turn * v + shift) > -GLIDING_DEPTH);
-                pair.tables.vertices_of(pair.hull(1 - side)).iter().all(|v| above(v.truncate()))
+            let others = pair.tables.vertices_of(pair.hull(1 - side));
+            let over = |plane: Vec4, pair: &HullPair| {
+                let (turn, shift) = pair.other_to(side);
+                others.iter().all(|v| height(plane, turn * v.truncate() + shift) > -GLIDING_DEPTH)
+            };
+            let over_later = |plane: Vec4| {
+                let [a, b] = [0, 1].map(|side: usize| end(pair.poses[side], &velocities[side], dt));
+                over(plane, &HullPair { poses: [&a, &b], ..*pair })
             };
             pair.tables.faces_of(pair.hull(side)).iter().map(|face| face.plane).any(|plane| {
-                plane.truncate().dot(outward) < GLIDING_COSINE && height(plane, nearest) > -GLIDING_DEPTH && over(plane)
+                plane.truncate().dot(outward) < GLIDING_COSINE
+                    && height(plane, nearest) > -GLIDING_DEPTH
+                    && over(plane, pair)
+                    && over_later(plane)
             })
         })
     })

@@ -16,9 +16,6 @@ const DIRECTIONS: [[Vec4; 2]; MAX_MANIFOLD_POINTS / 4] = [
     ],
 ];
 
-/// Points of a round that are nearer to each other than this are one, m.
-const SAME: [f32; 3] = [SAME_RESTING_POINT, SAME_POINT, SAME_POINT];
-
 /// Chosen points, as indices into what was offered.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Selection {
@@ -92,37 +89,34 @@ pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) 
     let [u, v] = tangents(normal);
     let flat = |p: Vec3| Vec2::new(u.dot(p), v.dot(p));
     let deepest = (0..count).map(|i| point(i).1).fold(f32::INFINITY, f32::min);
-    // For each round, how far the farthest points reach, and their numbers.
-    let mut farthest = [[[Vec4::NEG_INFINITY, Vec4::ZERO]; DIRECTIONS.len()]; 3];
-    for i in 0..count {
-        let (p, separation) = point(i);
-        let Vec2 { x, y } = flat(p);
-        let height = separation - deepest;
-        let resting = RESTING_PENALTY * (height - BEARING_HEIGHT).max(0.0);
-        let penalties = [resting, ROLLING_PENALTY * height, LANDING_PENALTY * height];
-        for ((penalty, same), round) in penalties.into_iter().zip(SAME).zip(&mut farthest) {
-            for ([across, along], [reach, number]) in DIRECTIONS.into_iter().zip(round) {
+    // The numbers of the farthest points of a round in which a height above the deepest costs `penalty`.
+    let farthest = |penalty: fn(f32) -> f32, same: f32| {
+        let mut farthest = [[Vec4::NEG_INFINITY, Vec4::ZERO]; DIRECTIONS.len()];
+        for i in 0..count {
+            let (p, separation) = point(i);
+            let (Vec2 { x, y }, penalty) = (flat(p), penalty(separation - deepest));
+            for ([across, along], [reach, number]) in DIRECTIONS.into_iter().zip(&mut farthest) {
                 let distance = across * x + along * y - penalty;
                 let farther = distance.cmpgt(*reach + same);
                 *reach = Vec4::select(farther, distance, *reach);
                 *number = Vec4::select(farther, Vec4::splat(i as f32), *number);
             }
         }
-    }
-    let [resting, others @ ..] = farthest.map(|round| round.map(|[_, number]| number.to_array().map(|i| i as u16)));
+        farthest.into_iter().flat_map(|[_, numbers]| numbers.to_array()).map(|i| i as u16)
+    };
     let is_new = |chosen: &Selection, index: u16, same: f32| {
         let p = point(index as usize).0;
         let near = |&kept: &u16| kept == index || point(kept as usize).0.distance_squared(p) < same * same;
         !chosen.is_full() && !chosen.indices().iter().any(near)
     };
     let mut support = SupportPolygon::default();
-    for index in resting.into_iter().flatten() {
+    for index in farthest(|height| RESTING_PENALTY * (height - BEARING_HEIGHT).max(0.0), SAME_RESTING_POINT) {
         if is_new(&chosen, index, SAME_RESTING_POINT) {
             chosen.push(index);
             support.insert(support.count, flat(point(index as usize).0));
         }
     }
-    while !chosen.is_full() {
+    while !chosen.is_full() && chosen.count < count {
         let (mut most, mut found) = (0.0, None);
         for i in (0..count).filter(|&i| point(i).1 - deepest <= BEARING_HEIGHT) {
             let (beyond, edge) = support.beyond(flat(point(i).0));
@@ -134,9 +128,14 @@ pub fn reduce(count: usize, point: impl Fn(usize) -> (Vec3, f32), normal: Vec3) 
         chosen.push(i as u16);
         support.insert(edge + 1, flat(point(i).0));
     }
-    for index in others.into_iter().flatten().flatten() {
-        if is_new(&chosen, index, SAME_POINT) {
-            chosen.push(index);
+    for penalty in [|height| ROLLING_PENALTY * height, |height| LANDING_PENALTY * height] {
+        if chosen.is_full() || chosen.count == count {
+            break;
+        }
+        for index in farthest(penalty, SAME_POINT) {
+            if is_new(&chosen, index, SAME_POINT) {
+                chosen.push(index);
+            }
         }
     }
     chosen

@@ -20,6 +20,7 @@ impl<S: Simd> Wide<S> {
     /// Contacts of these candidates where their bodies are now. Those of others keep their bits.
     #[inline(always)]
     pub fn locate(&mut self, settings: &SimSettings, soft: &Softness, candidates: Mask<S>) {
+        let everyone = candidates.all_true();
         for moving in &mut self.bodies {
             moving.turned = moving.frame.back(moving.turn);
             moving.rolled = moving.frame.back(moving.turn.scaled(moving.round));
@@ -46,7 +47,8 @@ impl<S: Simd> Wide<S> {
                     n.start = far.select(now - n.row.moved(a, b), n.start);
                     separation = far.select(now, separation);
                 }
-                n.aim = Aim::new(separation, n.rest, n.row.mass, settings, soft).or(candidates, &n.aim);
+                let aim = Aim::new(separation, n.rest, n.row.mass, settings, soft);
+                n.aim = if everyone { aim } else { aim.or(candidates, &n.aim) };
             }
         }
     }

@@ -40,11 +40,10 @@ pub fn at_most<S: Simd>(number: Number<S>, ceiling: Number<S>) -> Number<S> {
     number.min(ceiling)
 }
 
-/// The number nearest to `number` that is no larger than `limit`, either way.
+/// The number nearest to `number` that is no larger than `limit` (≥ 0), either way.
 #[inline(always)]
 pub fn within<S: Simd>(number: Number<S>, limit: Number<S>) -> Number<S> {
-    let number = number.simd_lt(-limit).select(-limit, number);
-    number.simd_gt(limit).select(limit, number)
+    at_most::<S>(at_least::<S>(number, -limit), limit)
 }
 
 /// A vector of every lane.

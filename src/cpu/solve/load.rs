@@ -79,10 +79,7 @@ impl<S: Simd> Wide<S> {
                 });
             }
             let mut friction = Friction {
-                tangents: tangents.map(
-                    #[inline(always)]
-                    |axis| Row::along(axis, center, a, b),
-                ),
+                tangents: [Row::along(tangents[0], center, a, b), Row::along(tangents[1], center, a, b)],
                 twist: Twist::about(patch.normal, a, b),
                 made_for: Made::at_start(simd),
                 impulse: [patch.friction.dot(tangents[0]), patch.friction.dot(tangents[1]), patch.twist],

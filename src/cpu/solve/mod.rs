@@ -88,12 +88,9 @@ impl<S: Simd> Substep for Wide<S> {
         for candidates in candidates.chunks_mut(Number::<S>::LEN) {
             simd.vectorize(
                 #[inline(always)]
-                || self.load(bodies, settings, &soft, candidates),
-            );
-            self.small_steps(bodies, settings, &soft, candidates.len());
-            simd.vectorize(
-                #[inline(always)]
                 || {
+                    self.load(bodies, settings, &soft, candidates);
+                    self.small_steps(bodies, settings, &soft);
                     self.integrate(bodies, dt, candidates);
                     self.hand_over(settings, candidates);
                 },

@@ -278,18 +278,6 @@ impl<S: Simd> Pair<S> {
         self.spin_b += twist.torque_b * impulse;
     }
 
-    /// This where `mask` says so, `other` elsewhere.
-    #[inline(always)]
-    pub fn or(self, mask: Mask<S>, other: Self) -> Self {
-        Self {
-            linear_a: self.linear_a.or(mask, other.linear_a),
-            spin_a: self.spin_a.or(mask, other.spin_a),
-            linear_b: self.linear_b.or(mask, other.linear_b),
-            spin_b: self.spin_b.or(mask, other.spin_b),
-            ..self
-        }
-    }
-
     #[inline(always)]
     pub fn store(self, bodies: &mut [Moving<S>], a: u32, b: u32) {
         let body = &mut bodies[a as usize];

@@ -25,12 +25,13 @@ impl Sweep {
 }
 
 impl<S: Simd> Wide<S> {
-    /// All small steps of a substep of so many `candidates`.
+    /// All small steps of a substep.
     #[inline(always)]
-    pub fn small_steps(&mut self, bodies: &[Body], settings: &SimSettings, soft: &Softness, candidates: usize) {
+    pub fn small_steps(&mut self, bodies: &[Body], settings: &SimSettings, soft: &Softness) {
         let simd = self.simd;
         let h = settings.small_step();
-        let everyone = SimdMask::from_bitmask(simd, (1 << candidates) - 1);
+        // Lanes without a candidate, too: they have no contacts.
+        let everyone = all(simd, true);
         for _ in 0..settings.position_iterations.max(1) {
             simd.vectorize(
                 #[inline(always)]
@@ -127,13 +128,12 @@ impl<S: Simd> Wide<S> {
     fn warm_start(&mut self) {
         let Self { bodies, union, frictions, normals, .. } = self;
         for (patch, f) in union.patches.iter().zip(&*frictions) {
-            let before = Pair::of(bodies, patch.a, patch.b);
-            let mut pair = before;
+            let mut pair = Pair::of(bodies, patch.a, patch.b);
             let [u, v, twist] = f.impulse;
             pair.push(&f.tangents[0], u);
             pair.push(&f.tangents[1], v);
             pair.twist(&f.twist, twist);
-            pair.or(patch.present(), before).store(bodies, patch.a, patch.b);
+            pair.store(bodies, patch.a, patch.b);
         }
         for patch in &union.patches {
             let mut pair = Pair::of(bodies, patch.a, patch.b);
@@ -156,10 +156,9 @@ impl<S: Simd> Wide<S> {
                     if solved.all_false() {
                         continue;
                     }
-                    let before = Pair::of(&self.bodies, patch.a, patch.b);
-                    let mut pair = before;
+                    let mut pair = Pair::of(&self.bodies, patch.a, patch.b);
                     f.solve(&mut pair, solved);
-                    pair.or(solved, before).store(&mut self.bodies, patch.a, patch.b);
+                    pair.store(&mut self.bodies, patch.a, patch.b);
                 }
             },
         );
@@ -182,8 +181,7 @@ impl<S: Simd> Wide<S> {
                     if solved.all_false() {
                         continue;
                     }
-                    let before = Pair::of(bodies, patch.a, patch.b);
-                    let mut pair = before;
+                    let mut pair = Pair::of(bodies, patch.a, patch.b);
                     let mut disturbed = all(*simd, false);
                     let points = &mut normals[patch.points()];
                     for k in 0..points.len() {
@@ -197,7 +195,7 @@ impl<S: Simd> Wide<S> {
                     if !SPRINGS {
                         frictions[i].bound(points, settings.friction);
                     }
-                    pair.or(solved, before).store(bodies, patch.a, patch.b);
+                    pair.store(bodies, patch.a, patch.b);
                     if disturbed.any_true() {
                         for body in [patch.a, patch.b] {
                             let body = &mut bodies[body as usize];
@@ -233,7 +231,7 @@ impl<S: Simd> Friction<S> {
     fn solve(&mut self, pair: &mut Pair<S>, solved: Mask<S>) {
         let [old_u, old_v, old_twist] = self.impulse;
         let wanted = old_twist - self.twist.mass * pair.twisting(&self.twist);
-        let twist = within::<S>(wanted, self.twist_limit);
+        let twist = solved.select(within::<S>(wanted, self.twist_limit), old_twist);
         pair.twist(&self.twist, twist - old_twist);
         let [u, v] = &self.tangents;
         // One mass for both, or what slides would be drawn aside, towards the tangent of the larger one.
@@ -248,9 +246,10 @@ impl<S: Simd> Friction<S> {
             let scale = slips.select(self.limit / length, splat(length.token(), 1.0));
             (new_u, new_v) = (new_u * scale, new_v * scale);
         }
+        (new_u, new_v) = (solved.select(new_u, old_u), solved.select(new_v, old_v));
         pair.push(u, new_u - old_u);
         pair.push(v, new_v - old_v);
-        self.impulse = [solved.select(new_u, old_u), solved.select(new_v, old_v), solved.select(twist, old_twist)];
+        self.impulse = [new_u, new_v, twist];
     }
 
     /// Takes over what the points' impulses allow.
@@ -280,20 +279,23 @@ impl<S: Simd> Normal<S> {
     #[inline(always)]
     fn solve_rigid(&mut self, pair: &mut Pair<S>, solved: Mask<S>, relaxation: f32) -> Mask<S> {
         let mass = self.row.mass;
-        let correction = mass * (pair.relative(&self.row) + self.aim.rigid_bias);
-        let hit = correction - within::<S>(correction, mass * HIT_SPEED);
-        let total = self.impulse - (correction + hit * (relaxation - 1.0));
-        self.take(pair, total, solved).abs().simd_gt(mass * RELAXED_SPEED)
+        let mut correction = mass * (pair.relative(&self.row) + self.aim.rigid_bias);
+        if relaxation > 1.0 {
+            let hit = correction - within::<S>(correction, mass * HIT_SPEED);
+            correction += hit * (relaxation - 1.0);
+        }
+        self.take(pair, self.impulse - correction, solved).abs().simd_gt(mass * RELAXED_SPEED)
     }
 
     /// Takes over an impulse where it is `solved`, nought if it would pull; it is nought where a candidate has no such
     /// point, because there is no mass. Gives the change.
     #[inline(always)]
     fn take(&mut self, pair: &mut Pair<S>, total: Number<S>, solved: Mask<S>) -> Number<S> {
-        let total = solved.select(at_least::<S>(total, splat(total.token(), 0.0)), self.impulse);
-        let change = total - self.impulse;
+        let zero = splat(total.token(), 0.0);
+        let total = at_least::<S>(total, zero);
+        let change = solved.select(total - self.impulse, zero);
         pair.push(&self.row, change);
-        self.impulse = total;
+        self.impulse = solved.select(total, self.impulse);
         change
     }
 }
