@@ -47,8 +47,8 @@ fn thin(points: ptr<function, Points>, count: u32, normal: vec3<f32>, deepest: p
     var support = SupportPolygon();
     var missing = Missing(-LOWEST, 0u, 0u);
     var taken = 0u;
-    for (var k = 0u; k < TRIES; k++) {
-        let looks = completes(k) && missing.reach > 0.0 && taken < MAX_MANIFOLD_POINTS;
+    for (var k = 0u; k < TRIES && taken < MAX_MANIFOLD_POINTS; k++) {
+        let looks = completes(k) && missing.reach > 0.0;
         if (looks) {
             missing = Missing();
         }

@@ -75,8 +75,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) w
     var missing = Missing(-LOWEST, 0u, 0u);
     var taken = 0u;
     let all = near <= 3u;
-    for (var k = 0u; k < select(TRIES, near, all); k++) {
-        let looks = completes(k) && missing.reach > 0.0 && taken < MAX_MANIFOLD_POINTS;
+    for (var k = 0u; k < TRIES && taken < min(near, MAX_MANIFOLD_POINTS); k++) {
+        let looks = completes(k) && missing.reach > 0.0;
         if (looks) {
             missing = Missing();
         }

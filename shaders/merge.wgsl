@@ -155,8 +155,9 @@ fn gather(index: u32, first: u32, end: u32) {
                 var support = SupportPolygon();
                 var missing = Missing(-LOWEST, 0u, 0u);
                 var taken = 0u;
-                for (var j = 0u; j < TRIES; j++) {
-                    let looks = completes(j) && missing.reach > 0.0 && taken < MAX_MANIFOLD_POINTS;
+                let most = min(ends[k] - begin, MAX_MANIFOLD_POINTS);
+                for (var j = 0u; j < TRIES && taken < most; j++) {
+                    let looks = completes(j) && missing.reach > 0.0;
                     if (looks) {
                         missing = Missing();
                     }

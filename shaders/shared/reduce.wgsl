@@ -1,7 +1,7 @@
 // Chooses the few of many contact points that support a body as well as all of them: as `cpu::narrow_phase::reduce`.
 //
-// Offer all points, then take them in `TRIES`, each only if it `is_new` among those taken: the extremes of the first
-// round, what completes their polygon, the extremes of the other rounds.
+// Offer all points, then take them in `TRIES`, each only if it `is_new` among those taken, until all are or there is no
+// place left: the extremes of the first round, what completes their polygon, the extremes of the other rounds.
 
 #import constants
 #import vector
@@ -131,7 +131,7 @@ fn bears(height: f32) -> bool {
 // Whether `p`, the `k`-th try, is none of the points taken.
 fn is_new(taken: ptr<function, array<vec4<f32>, MAX_MANIFOLD_POINTS>>, count: u32, p: vec3<f32>, k: u32) -> bool {
     let same = select(SAME_POINT, SAME_RESTING_POINT, k < COMPLETE);
-    var fresh = count < MAX_MANIFOLD_POINTS;
+    var fresh = true;
     for (var i = 0u; i < count; i++) {
         let apart = (*taken)[i].xyz - p;
         fresh &= dot(apart, apart) >= same * same;

@@ -9,7 +9,7 @@
 //! act is asked, so that a thing at rest never loses what bears it.
 
 use super::{HullPair, Manifold, ManifoldPoint};
-use crate::world::constants::{GLIDING_COSINE, GLIDING_DEPTH};
+use crate::world::constants::{GLIDING_COSINE, GLIDING_DEPTH, MAX_HULL_FACES};
 use crate::world::{Pose, Velocity, compose, from_scaled_axis};
 use glam::{Mat3, Vec3, Vec4};
 
@@ -98,11 +98,16 @@ impl Way {
         let hull = pair.hull(side);
         let (faces, others) = (pair.tables.faces_of(hull), pair.tables.vertices_of(pair.hull(1 - side)));
         let nearest = self.places(nearest);
+        let mut nearest_over = [[0.0; 2]; MAX_HULL_FACES];
+        nearest_over.iter_mut().zip(faces).for_each(|(over, face)| *over = heights(face.plane, nearest));
         pair.tables.edges_of(hull).iter().any(|edge| {
             let planes = edge.faces.map(|face| faces[face as usize].plane);
             let mut shares = Shares { low: 0.0, high: 1.0 };
-            shares.keep_outside(planes, nearest)
-                && others.iter().all(|vertex| shares.keep_outside(planes, self.places(vertex.truncate())))
+            shares.keep_outside(edge.faces.map(|face| nearest_over[face as usize]))
+                && others.iter().all(|vertex| {
+                    let places = self.places(vertex.truncate());
+                    shares.keep_outside(planes.map(|plane| heights(plane, places)))
+                })
         })
     }
 
@@ -120,10 +125,10 @@ struct Shares {
 }
 
 impl Shares {
-    /// Leaves those that have these places on their outer side, too. True if any are left.
+    /// Leaves those that have a point on their outer side, too, that is so high over the left and the right plane at
+    /// both ends of its way. True if any are left.
     #[inline(always)]
-    fn keep_outside(&mut self, planes: [Vec4; 2], places: [Vec3; 3]) -> bool {
-        let [left, right] = planes.map(|plane| heights(plane, places));
+    fn keep_outside(&mut self, [left, right]: [[f32; 2]; 2]) -> bool {
         for (left, right) in left.into_iter().zip(right) {
             let level = right / (right - left);
             self.low = if left > right { self.low.max(level) } else { self.low };
