@@ -129,13 +129,17 @@ impl Shares {
     /// both ends of its way. True if any are left.
     #[inline(always)]
     fn keep_outside(&mut self, [left, right]: [[f32; 2]; 2]) -> bool {
+        // What is below both is below every plane between them; most edges end here.
+        let outside = left[0].max(right[0]) > 0.0 && left[1].max(right[1]) > 0.0;
+        if !outside {
+            return false;
+        }
         for (left, right) in left.into_iter().zip(right) {
             let level = right / (right - left);
             self.low = if left > right { self.low.max(level) } else { self.low };
             self.high = if left < right { self.high.min(level) } else { self.high };
         }
-        let outside = left[0].max(right[0]) > 0.0 && left[1].max(right[1]) > 0.0;
-        outside && self.low < self.high
+        self.low < self.high
     }
 }
 
