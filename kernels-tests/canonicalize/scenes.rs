@@ -4,6 +4,7 @@ use crate::fixture::*;
 use glam::{DQuat, DVec3};
 use rest3d_gpu::canonicalize::canonicalize;
 use rest3d_gpu::scene::{Pose, Scene};
+use std::f64::consts::FRAC_PI_2;
 
 #[test]
 fn a_tilt_is_taken_back() {
@@ -44,6 +45,24 @@ fn errors_of_single_objects_do_not_tilt_the_scene() {
     assert!(up(by_name(&scene, "second crate")).y.abs() < 1e-6);
     assert!(up(by_name(&scene, "chair")).y > 0.999, "{:?}", report.objects[1]);
     assert!(report.objects[1].why_turned.contains("upside down"), "{:?}", report.objects[1]);
+}
+
+#[test]
+fn what_leans_on_a_wall_keeps_leaning() {
+    let lean = tilt(FRAC_PI_2, 15.0);
+    let mut things = room();
+    // A picture, 3 cm deep and 20 cm high, would fall over; a crate was reconstructed so.
+    things.push(thing("picture", "book", [0.8, 0.0, -1.9], 0.0, "ground-wall"));
+    things.push(thing("crate at the wall", "crate", [-0.8, 0.0, -1.9], 0.0, "ground-wall"));
+    let [.., picture, at_wall] = &mut things[..] else { unreachable!() };
+    picture.pose.rotation = lean * DQuat::from_rotation_z(FRAC_PI_2);
+    at_wall.pose.rotation = lean;
+    let (scene, report) =
+        Case::new(&things, Pose { rotation: tilt(1.0, 9.0), translation: DVec3::Y * 0.2 }).canonical();
+    let picture = by_name(&scene, "picture").rotation * DVec3::X;
+    assert!((picture.angle_between(DVec3::Y).to_degrees() - 15.0).abs() < 0.5, "{picture}");
+    assert!(report.objects[things.len() - 2].why_turned.contains("leans on its wall"), "{report}");
+    assert!(up(by_name(&scene, "crate at the wall")).angle_between(DVec3::Y) < 1e-6);
 }
 
 #[test]

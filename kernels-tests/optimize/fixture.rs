@@ -204,6 +204,19 @@ impl Boxes {
         shape.parts = sides.map(|side| plate(side.abs(), side)).into();
     }
 
+    /// Makes a box of blocks instead, each given by two corners from the middle of its foot, m; its other parts stay full.
+    pub fn carve(&mut self, object: usize, blocks: &[[Vec3; 2]]) {
+        let shape = &mut self.shapes[object];
+        let MassProperties { center, axes, .. } = shape.mass;
+        let height = (axes.conjugate() * (shape.parts[0].vertices[7] - center)).y.abs();
+        let part = |[low, high]: &[Vec3; 2]| {
+            let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
+            let place = |i| *low + (*high - *low) * corner(i) - Vec3::Y * height;
+            Part { vertices: (0..8).map(|i| axes * place(i) + center).collect() }
+        };
+        shape.parts = blocks.iter().map(part).collect();
+    }
+
     /// Height of the lowest face of a box that stands upright in a result, m.
     pub fn foot(&self, object: usize, result: &ObjectOutcome) -> f64 {
         let corners = self.shapes[object].parts[0].vertices.iter();

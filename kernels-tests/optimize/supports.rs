@@ -98,26 +98,21 @@ fn toy_at(x: f64, y: f64, relation: Relation) -> DVec3 {
     let mut boxes = Boxes::default();
     let tray = boxes.add("tray", GROUND, Vec3::new(0.5, 0.1, 0.4), DVec3::ZERO);
     boxes.objects[tray].movable = false;
-    let MassProperties { center, axes, .. } = boxes.shapes[tray].mass;
-    let part = |low: Vec3, high: Vec3| {
-        let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
-        let place = |i| low + (high - low) * corner(i) - Vec3::Y * 0.05;
-        Part { vertices: (0..8).map(|i| axes * place(i) + center).collect() }
-    };
-    boxes.shapes[tray].parts = vec![
-        part(Vec3::new(-0.25, 0.0, -0.2), Vec3::new(0.25, 0.02, 0.2)),
-        part(Vec3::new(-0.25, 0.02, -0.2), Vec3::new(-0.23, 0.1, 0.2)),
-        part(Vec3::new(0.23, 0.02, -0.2), Vec3::new(0.25, 0.1, 0.2)),
-        part(Vec3::new(-0.23, 0.02, -0.2), Vec3::new(0.23, 0.1, -0.18)),
-        part(Vec3::new(-0.23, 0.02, 0.18), Vec3::new(0.23, 0.1, 0.2)),
+    let blocks = [
+        [Vec3::new(-0.25, 0.0, -0.2), Vec3::new(0.25, 0.02, 0.2)],
+        [Vec3::new(-0.25, 0.02, -0.2), Vec3::new(-0.23, 0.1, 0.2)],
+        [Vec3::new(0.23, 0.02, -0.2), Vec3::new(0.25, 0.1, 0.2)],
+        [Vec3::new(-0.23, 0.02, -0.2), Vec3::new(0.23, 0.1, -0.18)],
+        [Vec3::new(-0.23, 0.02, 0.18), Vec3::new(0.23, 0.1, 0.2)],
     ];
+    boxes.carve(tray, &blocks);
     let toy = boxes.add("toy", Parent::Object(tray), Vec3::new(0.1, 0.04, 0.06), DVec3::new(x, y, 0.0));
     let mut scene = boxes.scene();
     scene.objects[toy].relation = relation;
     let config = Config { seat: true, ..frozen() };
     let outcome = run(&scene, &boxes.shapes, &CpuBackend, &config, 1, None, &mut Watch::default()).unwrap();
     let pose = outcome.objects[toy].pose;
-    pose.translation + pose.rotation * center.as_dvec3() - DVec3::Y * 0.02
+    pose.translation + pose.rotation * boxes.shapes[toy].mass.center.as_dvec3() - DVec3::Y * 0.02
 }
 
 #[test]
@@ -135,6 +130,25 @@ fn what_is_inside_is_not_set_onto_the_rim() {
 fn what_is_on_something_may_be_on_its_rim() {
     let place = toy_at(0.24, 0.08, Relation::On);
     assert!((place.y - 0.1).abs() < 1e-3 && (place.x - 0.24).abs() < 0.02, "{place}");
+}
+
+/// What lies on a board is thin enough, and what stands below it high enough, to be taken for a pile.
+#[test]
+fn what_is_on_a_board_is_not_piled_on_what_is_below_it() {
+    for height in [0.19, 0.2, 0.215] {
+        let mut boxes = Boxes::default();
+        let cabinet = boxes.add("cabinet", GROUND, Vec3::new(0.8, 0.5, 0.4), DVec3::ZERO);
+        let side = |x: f32| [Vec3::new(x - 0.01, 0.0, -0.2), Vec3::new(x + 0.01, 0.5, 0.2)];
+        let board = |y: f32| [Vec3::new(-0.38, y, -0.2), Vec3::new(0.38, y + 0.02, 0.2)];
+        boxes.carve(cabinet, &[side(-0.39), side(0.39), board(0.0), board(0.23)]);
+        let parent = Parent::Object(cabinet);
+        boxes.add("below", parent, Vec3::new(0.3, height, 0.2), DVec3::new(0.0, 0.02, 0.0));
+        let book = boxes.add("book", parent, Vec3::new(0.2, 0.03, 0.15), DVec3::new(0.0, 0.25, 0.0));
+        let outcome = simple(&boxes, &CpuBackend, &Config { seat: true, ..frozen() });
+        let foot = boxes.foot(book, &outcome.objects[book]);
+        assert!((foot - 0.25).abs() < 1e-3, "{foot} m high, over what is {height} m high");
+        assert!(outcome.objects[book].stable, "{:?}", outcome.objects[book]);
+    }
 }
 
 #[test]

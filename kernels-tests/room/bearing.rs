@@ -24,6 +24,22 @@ fn furniture_is_brought_inside_and_stays_there() {
     assert!(done.outcome.objects.iter().all(|object| object.stable && !object.lost_support));
 }
 
+/// Of a bed with its head at the back wall the middle is nearer to the wall at its side.
+#[test]
+fn what_stands_at_a_wall_keeps_its_wall() {
+    let mut boxes = Boxes::new(0.3).with_room(2.5);
+    boxes.add("bed", "ground-wall", [0.9, 0.5, 2.0], [-1.6, 0.25, -0.96], 0.05, 0.0);
+    // About as far from two walls it belongs to the one that its back is along.
+    boxes.add("bookcase", "ground-wall", [0.8, 1.8, 0.3], [2.07, 0.9, -1.8], 0.0, 0.0);
+    let ready = boxes.done();
+    let done = ready.run(&config());
+    for name in ["bed", "bookcase"] {
+        let (i, back) = (ready.index(name), &done.outcome.room.sides[0]);
+        assert!((-SUNK..TOUCHES).contains(&done.gap(i, back.point, back.normal)), "{name} is not at the back wall");
+        assert!(done.outcome.objects[i].moved < 0.07, "{name}: {:?}", done.outcome.objects[i]);
+    }
+}
+
 #[test]
 fn a_wall_in_the_middle_of_the_furniture_bears_nothing() {
     let mut boxes = Boxes::new(0.0).with_room(2.5);

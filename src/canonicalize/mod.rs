@@ -130,6 +130,9 @@ impl<'a> Work<'a> {
                 Some(why) => (DQuat::IDENTITY, why),
                 None => match upright::judge(&self.stances[i], &self.scene.objects[i].pose, trusted) {
                     Verdict::Upright => (DQuat::IDENTITY, "stands upright"),
+                    Verdict::Leans(turn) if self.is_at_wall(i) && self.falls_over(i, turn) => {
+                        (DQuat::IDENTITY, "leans on its wall: alone it would fall over")
+                    }
                     Verdict::Leans(turn) => (turn, "leaned on a flat base"),
                     Verdict::TurnedOver(turn) => (turn, "was upside down on next to nothing, has a base to stand on"),
                     Verdict::UpsideDown => (DQuat::IDENTITY, "upside down, but stands well so"),
@@ -143,6 +146,17 @@ impl<'a> Work<'a> {
                 self.carry(i, |point| center + turn * (point - center), turn);
             }
         }
+    }
+
+    fn is_at_wall(&self, i: usize) -> bool {
+        self.scene.objects[i].parent == Parent::Root(Root::GroundWall)
+    }
+
+    /// True if an object that `turn` would set upright has its centre of mass beside its base as it is.
+    fn falls_over(&self, i: usize, turn: DQuat) -> bool {
+        let pose = &self.scene.objects[i].pose;
+        let vertices: Vec<DVec3> = self.meshes[i].vertices.iter().map(|v| turn * pose.point(v.as_dvec3())).collect();
+        !stance::is_over_base(&vertices, turn * self.center(i), turn * DVec3::NEG_Y)
     }
 
     /// Why an object only follows; none for what stands or lies on something.

@@ -71,6 +71,15 @@ pub(super) fn support(of: DVec3, other: DVec3) -> f64 {
     1.0 / (1.0 + of.distance_squared(other) / (AGREEMENT * AGREEMENT))
 }
 
+/// True if a line from the `center` of upright `vertices` (m) along `down` meets the base that they stand on.
+pub(super) fn is_over_base(vertices: &[DVec3], center: DVec3, down: DVec3) -> bool {
+    let [low, high] = vertices.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
+    let near = vertices.iter().filter(|v| v.y - low.y <= BASE_BAND * low.distance(high));
+    let foot = convex_polygon(near.map(|v| DVec2::new(v.x, v.z)).collect());
+    let at = center + down * ((low.y - center.y) / down.y);
+    margin(&foot, DVec2::new(at.x, at.z)) >= 0.0
+}
+
 /// Outward normal and a corner of the largest faces, those of almost the same direction once.
 fn faces(corners: &[DVec3], triangles: &[[u32; 3]]) -> Vec<(DVec3, DVec3)> {
     let mut all: Vec<(f64, DVec3, DVec3)> = (triangles.iter())

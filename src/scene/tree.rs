@@ -26,7 +26,7 @@ pub(super) fn link(file: &Path, names: &[&str], parents: &[&str]) -> Result<Vec<
             }
             (None, Some(&j)) => Parent::Object(j),
             (None, None) => {
-                let remedy = match nearest(parent, names) {
+                let remedy = match nearest(parent, names).filter(|&name| name != names[i]) {
                     Some(name) => format!("did you mean \"{name}\"?"),
                     None => format!("name an object or one of {}", roots().join(", ")),
                 };

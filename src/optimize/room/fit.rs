@@ -17,7 +17,8 @@ pub(super) fn walls(scene: &Scene, forms: &[Form], layout: &[Pose]) -> Vec<Side>
     let ends = normals.map(|normal| everything().map(|i| back(i, normal)).fold(f64::INFINITY, f64::min));
     let mut on_side = [const { Vec::new() }; 4];
     for i in everything().filter(|&i| is_at_wall(scene, i)) {
-        let remote = |side: usize| remoteness(&forms[i], &layout[i], normals[side], normals[side] * ends[side]);
+        let hangs = hangs_on(scene, i).is_some();
+        let remote = |side: usize| remoteness(&forms[i], &layout[i], hangs, normals[side], normals[side] * ends[side]);
         let nearest = (0..4).min_by(|&a, &b| remote(a).total_cmp(&remote(b)));
         nearest.into_iter().for_each(|side| on_side[side].push(i));
     }

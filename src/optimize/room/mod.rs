@@ -20,7 +20,7 @@ use crate::shape::Shape;
 use crate::world::{self, BodyDef, STATIC};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use serde::Serialize;
-use tolerances::{ASTRAY, BEYOND, MAX_INSIDE, MAX_LEAN_ON, MAX_PULL, STEEPEST, THICKNESS, TOWARDS};
+use tolerances::{ASTRAY, BEYOND, DEPTH_SHARE, MAX_INSIDE, MAX_LEAN_ON, MAX_PULL, STEEPEST, THICKNESS, TOWARDS};
 
 /// A wall or the ceiling.
 #[derive(Clone, Debug, PartialEq)]
@@ -196,16 +196,16 @@ impl Room {
         self.sides.iter().find(|side| side.kind == Root::Ceiling).map(|side| side.point.y)
     }
 
-    /// The side of a kind that an object belongs to, as an index.
-    pub(super) fn nearest(&self, kind: Root, form: &Form, pose: &Pose) -> Option<usize> {
+    /// The side of a kind that an object belongs to which `hangs` on it, or else stands at it, as an index.
+    pub(super) fn nearest(&self, kind: Root, hangs: bool, form: &Form, pose: &Pose) -> Option<usize> {
         let of_kind = self.sides.iter().enumerate().filter(|(_, side)| side.kind == kind);
-        let costs = of_kind.map(|(i, side)| (i, remoteness(form, pose, side.normal, side.point)));
+        let costs = of_kind.map(|(i, side)| (i, remoteness(form, pose, hangs, side.normal, side.point)));
         costs.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
     }
 
     /// The wall that an object may lean on: the nearest, unless it is too far away or nothing can lean on it.
     pub(super) fn wall_to_lean_on(&self, form: &Form, pose: &Pose) -> Option<&Side> {
-        let wall = &self.sides[self.nearest(Root::Wall, form, pose)?];
+        let wall = &self.sides[self.nearest(Root::Wall, false, form, pose)?];
         let near = (-MAX_INSIDE..=MAX_PULL).contains(&wall.gap(form.solid(pose)));
         (near && (wall.bears || wall.fitted)).then_some(wall)
     }
@@ -214,13 +214,13 @@ impl Room {
     /// not needed changes nothing.
     pub(super) fn keep_needed(&mut self, scene: &Scene, forms: &[Form], leaning: &[usize], layout: &[Pose]) {
         for &object in leaning {
-            if let Some(wall) = self.nearest(Root::Wall, &forms[object], &layout[object]) {
+            if let Some(wall) = self.nearest(Root::Wall, false, &forms[object], &layout[object]) {
                 self.sides[wall].bears = true;
                 self.sides[wall].leant_on = true;
             }
         }
         let hung = (0..scene.objects.len()).filter(|&i| hangs_on(scene, i) == Some(Root::Wall));
-        let hung_on: Vec<usize> = hung.filter_map(|i| self.nearest(Root::Wall, &forms[i], &layout[i])).collect();
+        let hung_on: Vec<usize> = hung.filter_map(|i| self.nearest(Root::Wall, true, &forms[i], &layout[i])).collect();
         let mut index = 0..;
         self.sides.retain(|side| {
             let is_hung_on = index.next().is_some_and(|index| hung_on.contains(&index));
@@ -263,16 +263,19 @@ pub(super) fn body(side: &Side, [low, high]: [DVec3; 2]) -> BodyDef {
     }
 }
 
-/// How little an object belongs to a plane, m: how far its middle is from it and how deep it is across. So a picture in
-/// a corner belongs to the wall that it is flat on. What leans belongs to the wall that it leans towards.
-pub(super) fn remoteness(form: &Form, pose: &Pose, normal: DVec3, point: DVec3) -> f64 {
+/// How little an object belongs to a plane, m. What hangs: how far its middle is from it and how deep it is across, so
+/// that a picture in a corner belongs to the wall that it is flat on. What stands: how far its back is from it, and if
+/// that is about as far from two, how deep it is. What leans belongs to the wall that it leans towards.
+pub(super) fn remoteness(form: &Form, pose: &Pose, hangs: bool, normal: DVec3, point: DVec3) -> f64 {
     let [low, high] = form
         .mesh(pose)
         .map(|p| (p - point).dot(normal))
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [low.min(height), high.max(height)]);
     let leans = (LEANING..MAX_LEAN_ON).contains(&lean(pose));
     let astray = leans && up_axis(pose).with_y(0.0).normalize_or_zero().dot(-normal) < TOWARDS;
-    (0.5 * (low + high)).abs() + (high - low) + if astray { ASTRAY } else { 0.0 }
+    let depth = high - low;
+    let far = if hangs { (0.5 * (low + high)).abs() + depth } else { low.abs() + DEPTH_SHARE * depth };
+    far + if astray { ASTRAY } else { 0.0 }
 }
 
 /// The root that a static, movable object is placed on: what is on a wall or ceiling, or hangs at a wall down to the

@@ -50,7 +50,7 @@ impl Placer<'_> {
 
     /// Puts something that stands on the ground against its wall.
     fn against_wall(&self, object: usize, leans: bool, layout: &mut [Pose]) -> Option<Placement> {
-        let index = self.room.nearest(Root::Wall, &self.forms[object], &layout[object])?;
+        let index = self.room.nearest(Root::Wall, false, &self.forms[object], &layout[object])?;
         let wall = &self.room.sides[index];
         let gap = |layout: &[Pose]| wall.gap(self.forms[object].solid(&layout[object]));
         if !(-MAX_INSIDE..=MAX_PULL).contains(&gap(layout)) {
@@ -95,7 +95,7 @@ impl Placer<'_> {
             }
             let riders = self.riders(object);
             riders.iter().for_each(|&rider| waiting[rider] = false);
-            if let Some(side) = self.room.nearest(kind, &self.forms[object], &layout[object]) {
+            if let Some(side) = self.room.nearest(kind, true, &self.forms[object], &layout[object]) {
                 hung_on[object] = Some(side);
                 let others: Vec<usize> = (0..layout.len()).filter(|i| !waiting[*i] && !riders.contains(i)).collect();
                 placements[object] = Some(self.hang_one(object, side, &riders, &others, &space, layout));

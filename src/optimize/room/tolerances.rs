@@ -50,6 +50,10 @@ pub(super) const MAX_PULL: f64 = 0.5;
 /// What reaches through a wall by more than this is not moved inside: then the wall is not where the scene says, m.
 pub(super) const MAX_INSIDE: f64 = 0.3;
 
+/// Of two walls about as far from something that stands it belongs to the one across which it is less deep: so much of
+/// its depth counts as distance.
+pub(super) const DEPTH_SHARE: f64 = 0.1;
+
 /// Thickness of a wall that bears, m.
 pub(super) const THICKNESS: f64 = 0.5;
 

@@ -89,7 +89,8 @@ impl Seat<'_> {
             .min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         let Some((other, step)) = nearest else { return Ok(None) };
         let down = self.shift(object, &layout[object], self.bearer(object, layout).as_ref());
-        if step.abs() > down.abs() && step - down > THIN {
+        // What is below its own surface of the parent is on the other side of a board.
+        if step.abs() > down.abs() && (step - down > THIN || step < down) {
             return Ok(None);
         }
         let Some(rest) = self.rest_raised(object, step, &[other], layout)? else { return Ok(None) };
