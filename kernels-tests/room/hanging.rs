@@ -59,6 +59,30 @@ fn without_a_room_walls_follow_the_furniture() {
     }
 }
 
+/// What was reconstructed too far back takes nothing else there.
+#[test]
+fn a_fitted_wall_is_where_most_of_what_is_at_it_was() {
+    let mut boxes = Boxes::new(0.6);
+    boxes.add("table", "ground", [1.6, 0.7, 0.8], [0.0, 0.35, 0.5], 0.0, 0.0);
+    let add = |boxes: &mut Boxes, name: &str, parent: &str, size: [f64; 3], x: f64, y: f64, back: f64| {
+        boxes.add(name, parent, size, [x, y, -2.0 + back + 0.5 * size[2]], 0.0, 0.0);
+    };
+    add(&mut boxes, "cupboard", "ground-wall", [1.0, 1.8, 0.5], -1.6, 0.9, -0.15);
+    add(&mut boxes, "chest", "ground-wall", [1.0, 0.6, 0.5], 0.0, 0.3, 0.04);
+    add(&mut boxes, "bookcase", "ground-wall", [0.8, 1.5, 0.3], 1.5, 0.75, -0.01);
+    add(&mut boxes, "picture", "wall", [0.8, 0.5, 0.03], 0.0, 1.5, 0.0);
+    add(&mut boxes, "clock", "wall", [0.3, 0.3, 0.05], 1.5, 1.9, -0.03);
+    let ready = boxes.done();
+    let done = ready.run(&config());
+    done.check();
+    let [wall] = &done.outcome.room.sides[..] else { panic!("{:?}", done.outcome.room.sides) };
+    assert!((wall.point.dot(wall.normal) + 2.0).abs() < 0.02, "{wall:?}");
+    for name in ["cupboard", "chest", "bookcase"] {
+        let gap = done.gap(ready.index(name), wall.point, wall.normal);
+        assert!((-SUNK..TOUCHES).contains(&gap), "{name} is {gap} m from the wall");
+    }
+}
+
 #[test]
 fn a_wall_is_fitted_behind_what_is_held_too() {
     let mut boxes = Boxes::new(0.3);

@@ -7,8 +7,8 @@ use crate::scene::{Parent, Pose, Root, Scene};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// The walls that something is on or against. They are parallel to the large furniture; each encloses what stands on
-/// the ground and lies behind at least half of what hangs there.
+/// The walls that something is on or against. They are parallel to the large furniture; each lies where the median of
+/// what is at it has its back, but encloses what stands elsewhere or does not move.
 pub(super) fn walls(scene: &Scene, forms: &[Form], layout: &[Pose]) -> Vec<Side> {
     let turn = DQuat::from_rotation_y(yaw(scene, forms, layout));
     let normals = [0.0, FRAC_PI_2, -FRAC_PI_2, PI].map(|angle| turn * (DQuat::from_rotation_y(angle) * DVec3::Z));
@@ -23,12 +23,13 @@ pub(super) fn walls(scene: &Scene, forms: &[Form], layout: &[Pose]) -> Vec<Side>
         nearest.into_iter().for_each(|side| on_side[side].push(i));
     }
     let side = |(normal, on): (DVec3, &Vec<usize>)| {
-        let mut hung: Vec<f64> =
-            on.iter().filter(|&&i| hangs_on(scene, i).is_some()).map(|&i| back(i, normal)).collect();
-        hung.sort_by(f64::total_cmp);
-        let median = hung.get(hung.len() / 2).copied().unwrap_or(f64::INFINITY);
-        // What is held at the wall is as good a witness as what moves.
-        let enclosed = |&i: &usize| stands(scene, i) || (on.contains(&i) && hangs_on(scene, i).is_none());
+        let mut backs: Vec<f64> = on.iter().map(|&i| back(i, normal)).collect();
+        backs.sort_by(f64::total_cmp);
+        let median = backs.get(backs.len() / 2).copied().unwrap_or(f64::INFINITY);
+        // What moves is put against its wall; anything else on the ground stands inside.
+        let is_put = |i: usize| on.contains(&i) && scene.objects[i].movable;
+        let on_ground = |i: usize| stands(scene, i) || (on.contains(&i) && hangs_on(scene, i).is_none());
+        let enclosed = |&i: &usize| on_ground(i) && !is_put(i);
         let end = everything().filter(enclosed).map(|i| back(i, normal)).fold(median, f64::min) - CONTACT;
         let (name, point) = (name(normal).to_owned(), normal * end);
         (!on.is_empty()).then_some(Side {
