@@ -92,6 +92,7 @@ fn bad_input_is_refused_and_nothing_is_written() {
         (&[".", "--size", "0x0"], &["--size", "16"]),
         (&[".", "--adapter", "no such card"], &["no such card", "--backend cpu"]),
         (&[".", "-o", "folder.png"], &["folder.png"]),
+        (&[".", "-o", "picture.jpg"], &["picture.jpg", ".png"]),
         (&[".", "-o", "cube.obj"], &["cube.obj", "-o"]),
         (&[".", "-o", "cube.obj/a.png"], &["cube.obj", "-o"]),
         (&[".", "--results", "x"], &["--sheet"]),

@@ -19,7 +19,7 @@ pub struct Boxes {
     turn: f64,
     objects: Vec<Value>,
     sizes: Vec<DVec3>,
-    room: Option<Value>,
+    pub room: Option<Value>,
 }
 
 impl Boxes {

@@ -7,6 +7,7 @@ use parry3d::math::Pose as Isometry;
 use parry3d::query::contact;
 use parry3d::shape::ConvexPolyhedron;
 use rest3d_gpu::scene::{Parent, Pose, Root, Scene};
+use serde_json::json;
 
 #[test]
 fn what_hangs_touches_and_meets_nothing_at_any_angle() {
@@ -103,8 +104,12 @@ fn what_cannot_be_placed_well_is_said() {
     boxes.add("mirror", "wall", [0.4, 0.8, 0.03], [1.3, 1.2, -0.8], 0.0, 0.0);
     boxes.add("hook", "wall", [0.05, 0.05, 0.05], [2.2, 1.2, 1.5], 0.1, 0.0)["movable"] = false.into();
     boxes.add("pole", "ground", [0.3, 2.2, 0.3], [1.5, 1.1, 1.5], 0.0, 0.0);
+    let walls = boxes.room.as_mut().unwrap()["walls"].as_array_mut().unwrap();
+    walls.push(json!({"name": "floor", "point": [0.0, 0.0, 0.0], "normal": [0.0, 1.0, 0.2]}));
     let ready = boxes.done();
     let done = ready.run(&config());
+    let notes = &done.outcome.notes;
+    assert!(notes.iter().any(|note| note.contains("floor: left out, because its normal points up")), "{notes:?}");
     assert!(done.note("screen").contains("not turned"), "{}", done.note("screen"));
     assert!(done.note("mirror").contains("was 1.1"), "{}", done.note("mirror"));
     assert!(done.note("hook").contains("not movable"), "{}", done.note("hook"));

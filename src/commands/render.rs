@@ -57,6 +57,10 @@ pub struct Args {
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let clock = Instant::now();
+    if args.output.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("png")) {
+        let file = args.output.display();
+        return Err(Failure::Input(format!("{file}: pictures are written as PNG; end the name given to -o in .png")));
+    }
     let places = slice::from_ref(&args.output);
     output::check_places(places, output::parent(&args.output))?;
     let single = args.scenes.len() == 1 && !args.sheet;

@@ -15,7 +15,7 @@ pub(super) use place::Placer;
 pub(super) use tolerances::{CONTACT, LEANING, TOUCHES};
 
 use super::posture::{lean, up_axis};
-use crate::scene::{Parent, Pose, Relation, Root, Scene};
+use crate::scene::{Parent, Pose, Relation, Root, Scene, Wall};
 use crate::shape::Shape;
 use crate::world::{self, BodyDef, STATIC};
 use glam::{DMat3, DQuat, DVec3, Vec3};
@@ -138,13 +138,23 @@ fn bounds(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
     points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
 }
 
+/// What a wall of the scene is called, the `i`-th.
+fn name_of(i: usize, wall: &Wall) -> String {
+    if wall.name.is_empty() { format!("wall {}", i + 1) } else { wall.name.clone() }
+}
+
+/// False for what a scene calls a wall, but is a floor or a ceiling.
+fn stands_upright(wall: &Wall) -> bool {
+    wall.normal.y.abs() < STEEPEST
+}
+
 impl Room {
     /// The scene's walls and ceiling; what it does not give but its objects imply is fitted to their `layout`.
     pub(super) fn new(scene: &Scene, forms: &[Form], layout: &[Pose]) -> Self {
         let mut sides: Vec<Side> = (scene.room.walls.iter().enumerate())
-            .filter(|(_, wall)| wall.normal.y.abs() < STEEPEST)
+            .filter(|(_, wall)| stands_upright(wall))
             .map(|(i, wall)| Side {
-                name: if wall.name.is_empty() { format!("wall {}", i + 1) } else { wall.name.clone() },
+                name: name_of(i, wall),
                 kind: Root::Wall,
                 point: wall.point,
                 normal: wall.normal,

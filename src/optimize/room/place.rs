@@ -4,7 +4,7 @@
 use super::free::{Place, Space};
 use super::outline::{Outline, wrapped, yaw};
 use super::tolerances::{CONTACT, FAR, HORIZONTAL, MAX_INSIDE, MAX_LEAN, MAX_PULL, MAX_YAW, PLUMB, THERE, TOUCHES};
-use super::{Form, Placement, Room, hangs_on, stands};
+use super::{Form, Placement, Room, hangs_on, name_of, stands, stands_upright};
 use crate::optimize::groups::carry;
 use crate::optimize::posture::{lean, upright};
 use crate::optimize::rig::Rig;
@@ -223,6 +223,13 @@ impl Placer<'_> {
             notes.push(format!(
                 "wall \"{}\": furniture stands more than {MAX_INSIDE} m beyond it, so nothing was moved inside and nothing leans on it",
                 wall.name
+            ));
+        }
+        for (i, wall) in self.scene.room.walls.iter().enumerate().filter(|(_, wall)| !stands_upright(wall)) {
+            notes.push(format!(
+                "room: {}: left out, because its normal points up or down; write a level one, or \"ground\" or \"ceiling\" \
+                 instead",
+                name_of(i, wall)
             ));
         }
         notes
