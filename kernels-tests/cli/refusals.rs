@@ -120,6 +120,7 @@ fn a_place_that_cannot_be_written_is_refused_before_the_work() {
     refuses(&case, case.command("optimize").arg("-o").arg(case.path("cube.obj/deep/er")), &["cube.obj"]);
     refuses(&case, case.command("simulate").arg("-o").arg(case.path("cube.obj/states.json")), &["cube.obj"]);
     refuses(&case, case.command("simulate").arg("-o").arg(case.folder.path()), &["folder"]);
+    refuses(&case, case.command("simulate").arg("-o").arg(case.path("no such/")), &["no such/", "folder", "-o"]);
     fs::create_dir_all(case.path("full/report.json")).unwrap();
     refuses(&case, case.command("optimize").arg("-o").arg(case.path("full")), &["report.json", "folder"]);
     fs::create_dir(case.path("other")).unwrap();

@@ -29,6 +29,10 @@ pub fn check_places(files: &[PathBuf], parts: &Path) -> Result<(), Failure> {
             "{path}: it is a {found}, but the result needs a {wanted} there; remove it or choose another place with -o"
         )))
     };
+    let ends_in_separator = |file: &&PathBuf| file.to_string_lossy().ends_with(std::path::is_separator);
+    if let Some(file) = files.iter().find(ends_in_separator) {
+        return refuse(file, "folder", "file");
+    }
     let is_other = |file: &&PathBuf| file.symlink_metadata().is_ok_and(|found| !found.is_file());
     match files.iter().find(is_other) {
         Some(file) if file.is_symlink() => refuse(file, "link", "file"),

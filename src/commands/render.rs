@@ -57,12 +57,12 @@ pub struct Args {
 /// Runs it.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let clock = Instant::now();
+    let places = slice::from_ref(&args.output);
+    output::check_places(places, output::parent(&args.output))?;
     if args.output.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("png")) {
         let file = args.output.display();
         return Err(Failure::Input(format!("{file}: pictures are written as PNG; end the name given to -o in .png")));
     }
-    let places = slice::from_ref(&args.output);
-    output::check_places(places, output::parent(&args.output))?;
     let single = args.scenes.len() == 1 && !args.sheet;
     let size = args.size.unwrap_or(if single { SINGLE } else { SMALL });
     let rows = if args.sheet {
