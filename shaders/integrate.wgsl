@@ -7,6 +7,7 @@
 #import body
 #import contact
 #import energy
+#import excess
 #import grid
 #import pose
 #import sim
@@ -107,12 +108,6 @@ fn yielded(gap: Gap, points: u32) -> f32 {
     let pressed = min(gap.rest, gap.found + RESTING_DEPTH);
     let sunk = select(pressed, pressed - RESTING_RATE * sim.substep, points > MAX_EDGE_POINTS);
     return max(sunk, -RESTING_DEPTH);
-}
-
-// What a contact carries beyond its load, as far as it can be one: less the deeper it is.
-fn excess(contact: Contact) -> f32 {
-    let share = max(1.0 + LOAD_LOSS * min(contact.separation, 0.0), 0.0);
-    return share * contact.impulse - contact.load;
 }
 
 @compute @workgroup_size(WORKGROUP)

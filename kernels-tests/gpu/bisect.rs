@@ -44,7 +44,7 @@ fn bisect(
     let mut both = Both::new(device, world, settings, starts, way)?;
     let narrow = Separator::new(NarrowPhase::Twin, &world.hulls);
     for substep in 0..settings.steps * settings.substeps {
-        both.substep(twin_settings, &narrow, substep as usize % 2)?;
+        both.substep(twin_settings, &narrow, substep)?;
     }
     Ok(Bisection(both.tallies))
 }

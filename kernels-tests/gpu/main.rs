@@ -19,6 +19,7 @@ mod depth;
 mod device;
 mod elites;
 mod energy;
+mod first_loads;
 mod fixture;
 mod funnel;
 mod hull_pairs;
@@ -79,6 +80,7 @@ fn main() -> ExitCode {
         moments::TESTS,
         stats::TESTS,
         simulation::TESTS,
+        first_loads::TESTS,
         solver::TESTS,
         waves::TESTS,
         boxes::TESTS,

@@ -2,6 +2,7 @@
 
 use super::fixture::Device;
 use bytemuck::Pod;
+use glam::Vec3;
 use libtest_mimic::Failed;
 use rayon::prelude::*;
 use rest3d_gpu::cpu::clock::{Clock, Kernel};
@@ -14,13 +15,15 @@ use rest3d_gpu::world::{Pose, SimSettings, World};
 use std::ops::Range;
 
 /// Stages: kernels whose tables the processor has, too.
-pub const STAGES: [(&str, Range<usize>); 7] = [
+pub const STAGES: [(&str, Range<usize>); 8] = [
     ("boxes", 0..1),
     ("pair_counts pair_starts hull_pairs", 1..4),
     ("axis_remembered axis_faces axis_edges", 4..7),
     ("aligned_faces clip_faces single_points passing", 7..11),
     ("ground", 11..12),
     ("merge contact_starts emit", 12..15),
+    // In the first substep, with kernels of its own.
+    ("solve_bodies solve_load first_loads", 15..15),
     ("solve_bodies solve_load solve integrate", 15..usize::MAX),
 ];
 pub const BOXES: usize = 0;
@@ -29,7 +32,8 @@ pub const AXES: usize = 2;
 pub const MANIFOLDS: usize = 3;
 pub const GROUND: usize = 4;
 pub const CONTACTS: usize = 5;
-pub const SOLVER: usize = 6;
+pub const LOADS: usize = 6;
+pub const SOLVER: usize = 7;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Way {
@@ -71,6 +75,11 @@ struct Twin {
 impl Twin {
     fn workspace(&self) -> &Workspace {
         &self.group.candidates()[0]
+    }
+
+    fn contacts(&self) -> (&Vec<Patch>, &Vec<Contact>) {
+        let contacts = self.workspace().contacts();
+        (&contacts.patches, &contacts.points)
     }
 }
 
@@ -182,13 +191,17 @@ impl<'a> Both<'a> {
         }
     }
 
-    pub fn substep(&mut self, settings: &SimSettings, narrow: &Separator, parity: usize) -> Result<(), Failed> {
-        let world = self.world;
+    pub fn substep(&mut self, settings: &SimSettings, narrow: &Separator, number: u32) -> Result<(), Failed> {
+        let (world, parity) = (self.world, number as usize % 2);
         self.twins.par_iter_mut().for_each(|Twin { group, seen }| {
             *seen = Seen::default();
             group.collide_timed(world, settings, narrow, seen);
             let contacts = group.candidates()[0].contacts();
             (seen.patches, seen.points) = (contacts.patches.clone(), contacts.points.clone());
+            if number == 0 {
+                seen.patches.iter_mut().for_each(|patch| (patch.friction, patch.twist) = (Vec3::ZERO, 0.0));
+                seen.points.iter_mut().for_each(|point| (point.impulse, point.load) = (0.0, 0.0));
+            }
         });
         let slots = world.capacities.hull_pairs as usize;
         for (stage, (_, kernels)) in STAGES.into_iter().enumerate() {
@@ -332,12 +345,14 @@ impl<'a> Both<'a> {
                         },
                     )?;
                 }
+                LOADS if number > 0 => continue,
+                LOADS => {
+                    self.run(&self.simulation.load_kernels().iter().collect::<Vec<_>>());
+                    self.contacts(stage, parity, Twin::contacts)?;
+                }
                 _ => {
                     self.twins.par_iter_mut().for_each(|twin| twin.group.solve(world, settings));
-                    self.contacts(stage, parity, |twin| {
-                        let contacts = twin.workspace().contacts();
-                        (&contacts.patches, &contacts.points)
-                    })?;
+                    self.contacts(stage, parity, Twin::contacts)?;
                     self.table(stage, |s| &s.state.poses, |twin, row| row.copy_from_slice(&twin.workspace().poses))?;
                     self.table(
                         stage,

@@ -66,7 +66,7 @@ pub fn child() -> ExitCode {
     recorder.submit();
     gpu.wait().unwrap();
     let funnel = Funnel::new(&gpu, &kernels, &world, &settings, &population, gpu.room()).unwrap();
-    let simulating = simulation.kernels(0).chain(simulation.measuring_kernels());
+    let simulating = simulation.kernels(0).chain(simulation.load_kernels()).chain(simulation.measuring_kernels());
     for step in population.kernels().chain(funnel.kernels()).chain(simulating) {
         let clock = Clock::start();
         let mut recorder = Recorder::new(&gpu);

@@ -91,6 +91,14 @@ pub fn states(world: &World, settings: &SimSettings) -> Result<Vec<[State; 2]>, 
     states_after(world, settings, 0.003, 0..STATES)
 }
 
+/// The world's start, every body moved by up to `spread`, m.
+fn shifted(world: &World, spread: f32, stream: u32) -> Vec<Pose> {
+    let shifts = noise(30 + stream, 3 * world.start.len());
+    let moved =
+        |(pose, shift): (&Pose, &[f32])| Pose::new(pose.rotation, pose.translation + spread * Vec3::from_slice(shift));
+    world.start.iter().zip(shifts.chunks_exact(3)).map(moved).collect()
+}
+
 /// The same after so many steps each, from where the bodies are within `spread` (m) of the world's start.
 pub fn states_after(
     world: &World,
@@ -101,11 +109,7 @@ pub fn states_after(
     let narrow = Separator::new(settings.narrow_phase, &world.hulls);
     let mut group = Group::new(world, 1);
     let mut substep = |i: usize, rounding: f32| {
-        let shifts = noise(30 + i as u32, 3 * world.start.len());
-        let shifted = |(pose, shift): (&Pose, &[f32])| {
-            Pose::new(pose.rotation, pose.translation + spread * Vec3::from_slice(shift))
-        };
-        group.start(&world.start.iter().zip(shifts.chunks_exact(3)).map(shifted).collect::<Vec<_>>());
+        group.start(&shifted(world, spread, i as u32));
         for _ in 0..i {
             group.step(world, settings, &narrow);
         }
@@ -131,6 +135,23 @@ pub fn states_after(
         return Err(format!("only {} states are well posed", kept.len()).into());
     }
     Ok(kept)
+}
+
+/// So many candidates within `spread` (m) of the world's start, with the contacts of their first substep, and when these
+/// have their loads.
+pub fn beginnings(world: &World, settings: &SimSettings, spread: f32, count: u32) -> Vec<[State; 2]> {
+    let narrow = Separator::new(settings.narrow_phase, &world.hulls);
+    let mut group = Group::new(world, 1);
+    let begun = |i: u32| {
+        group.start(&shifted(world, spread, i));
+        group.collide(world, settings, &narrow);
+        let loaded = State::of(&group.candidates()[0]);
+        let mut bare = loaded.clone();
+        bare.patches.iter_mut().for_each(|patch| (patch.friction, patch.twist) = (Vec3::ZERO, 0.0));
+        bare.contacts.iter_mut().for_each(|contact| (contact.impulse, contact.load) = (0.0, 0.0));
+        [bare, loaded]
+    };
+    (0..count).map(begun).collect()
 }
 
 /// A candidate before each of its first substeps.

@@ -15,13 +15,13 @@ pub const TESTS: &[Test] = &[
     ("times::a_search_tells_what_each_kernel_took", a_search),
 ];
 
-/// Kernels of a substep on this adapter, in order.
+/// Kernels of a first substep on this adapter, in order.
 fn substep(device: &Device) -> Vec<&'static str> {
     let waves = Way::best(&device.gpu) == Way::Waves;
     SUBSTEP.into_iter().filter(|name| waves || *name != "solve_waves").collect()
 }
 
-const SUBSTEP: [&str; 20] = [
+const SUBSTEP: [&str; 21] = [
     "boxes",
     "pair_counts",
     "pair_starts",
@@ -39,6 +39,7 @@ const SUBSTEP: [&str; 20] = [
     "emit",
     "solve_bodies",
     "solve_load",
+    "first_loads",
     "solve_waves",
     "solve",
     "integrate",

@@ -107,6 +107,7 @@ macro_rules! physics_suite {
                 ten_high_stacks_stand,
                 small_and_crooked_towers_stand,
                 uneven_loads_stand,
+                high_piles_bear_from_the_start,
                 round_stacks_stand,
                 thin_rods_lie_still,
                 crossed_blocks_stand,

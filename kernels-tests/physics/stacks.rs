@@ -2,9 +2,9 @@
 
 use super::{both, drift, measured, peak_speed, settings};
 use crate::common::hulls::{cuboid, prism, ring, shifted, truncated_cube};
-use crate::common::scenario::{Scenario, any, box_inertia, run};
+use crate::common::scenario::{Scenario, State, any, box_inertia, run};
 use glam::{Quat, Vec3};
-use rest3d_gpu::world::{Backend, Pose, SimSettings};
+use rest3d_gpu::world::{Backend, Pose, SimSettings, Velocity};
 
 pub fn ten_high_stacks_stand(backend: &dyn Backend) {
     // Near touching, the axes of GJK and EPA are too noisy for the reference to hold so tall a stack still.
@@ -68,6 +68,51 @@ pub fn uneven_loads_stand(backend: &dyn Backend) {
         let found = drift(backend, &s, &settings(600), 300);
         measured(&format!("drift of 100 kg beside the middle of 1 kg of {} m, m", 2.0 * half), found.moved, 0);
         assert!(found.moved < 5e-3 && found.speed < 2e-3, "{half} m: {found:?}");
+    }
+}
+
+/// Nothing has to sag before it bears: neither books and boards under a weight, nor what begins a little above another.
+pub fn high_piles_bear_from_the_start(backend: &dyn Backend) {
+    let books = |gap: f32| {
+        let mut s = Scenario::default();
+        for i in 0..20 {
+            let at = Vec3::Y * (0.015 + (0.03 + gap) * i as f32);
+            s.cuboid(Vec3::new(0.1, 0.015, 0.075), 0.5, at, Quat::IDENTITY);
+        }
+        s
+    };
+    // In no order, with a weight on top and 4 cm beside the middle.
+    let mut boards = Scenario::default();
+    for i in 0..20 {
+        let at = Vec3::Y * 0.005 * (0.5 + (7 * i % 20) as f32);
+        boards.cuboid(Vec3::new(0.15, 0.0025, 0.1), 0.2, at, Quat::IDENTITY);
+    }
+    boards.cuboid(Vec3::splat(0.05), 4.0, Vec3::new(0.04, 0.15, 0.0), Quat::IDENTITY);
+    let scenes = [
+        ("books", books(0.0), 1e-4, 1e-3),
+        ("books with gaps of 0.3 mm", books(3e-4), 2e-3, 5e-3),
+        ("boards under a weight", boards, 1e-4, 1e-3),
+        ("cubes of 1 and 100 kg", tower(0.1, &[1.0, 100.0, 1.0, 100.0], 0.0), 1e-4, 1e-3),
+    ];
+    for (name, s, most_sag, most_gained) in scenes {
+        let settings = settings(300);
+        let world = s.world();
+        let states = run(backend, &world, &settings);
+        let bodies = 0..world.bodies.len();
+        let height = |(poses, _): &State, i: usize| poses[i].translation.y;
+        let last = &states[states.len() - 1];
+        let sag = |state: &State| bodies.clone().map(|i| height(last, i) - height(state, i)).fold(0.0, f32::max);
+        let most = states.iter().map(sag).fold(0.0, f32::max);
+        measured(&format!("sag of {name} below where they come to rest, m"), most, 0);
+        assert!(most < most_sag, "{name} sag by {most} m");
+        let start = s.energy(&(world.start.clone(), vec![Velocity::default(); world.bodies.len()]), settings.gravity);
+        let (mut lowest, mut gained) = (start, 0.0f64);
+        for energy in states.iter().map(|state| s.energy(state, settings.gravity)) {
+            lowest = lowest.min(energy);
+            gained = gained.max(energy - lowest);
+        }
+        measured(&format!("energy that {name} gain, share of the first"), gained / start, 0);
+        assert!(gained < most_gained * start, "{name} gain {gained} J of {start}");
     }
 }
 
@@ -174,7 +219,7 @@ pub fn heavy_overhangs_stand(backend: &dyn Backend) {
 const BOOK: Vec3 = Vec3::new(0.125, 0.01, 0.09);
 
 /// A book that leans on a fixed wall, `degrees` from the ground.
-fn leaning_book(degrees: f32) -> Scenario {
+pub fn leaning_book(degrees: f32) -> Scenario {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let mut s = Scenario::default();
     s.fixed(
@@ -256,7 +301,7 @@ pub fn a_light_table_bears_several_heavy_things(backend: &dyn Backend) {
 }
 
 /// One to three pairs of cards, whose tops touch exactly, under a plate, each number other ones.
-fn house_of_cards(number: usize) -> Scenario {
+pub fn house_of_cards(number: usize) -> Scenario {
     let any = |j: usize, low: f32, high: f32| low + (high - low) * any(number, j);
     let (thick, long, wide) = (0.5 * any(0, 0.004, 0.02), 0.5 * any(1, 0.1, 0.3), 0.5 * any(2, 0.06, 0.2));
     let (lean, pairs, mass) = (any(3, 10.0, 25.0).to_radians(), 1 + number % 3, [0.05, 0.2, 1.0][number / 3 % 3]);

@@ -50,8 +50,14 @@ impl Stepper {
         candidates: &mut [Workspace],
         clock: &mut impl Clock,
     ) {
-        for candidate in candidates {
+        for candidate in &mut *candidates {
             candidate.collide(world, settings, narrow, &mut self.scratch, clock);
+        }
+        // Those that advance together have begun together.
+        if candidates.first().is_some_and(|candidate| candidate.begins) {
+            candidates.iter_mut().for_each(|candidate| candidate.begins = false);
+            self.solver.find_loads(&world.bodies, settings, candidates);
+            clock.lap(Kernel::Solve);
         }
     }
 }

@@ -25,6 +25,8 @@ pub struct Workspace {
     caches: Vec<PairCache>,
     /// Contacts of the last substep.
     pub(super) contacts: ContactSet,
+    /// No contacts have been found since `start`.
+    pub(super) begins: bool,
 }
 
 /// What collision detection needs while it looks at one candidate. A group's candidates share it, because what is not
@@ -52,6 +54,7 @@ impl Workspace {
             pairs: Vec::with_capacity(hull_pairs as usize),
             caches: Vec::with_capacity(hull_pairs as usize),
             contacts: ContactSet::default(),
+            begins: true,
         }
     }
 
@@ -64,6 +67,7 @@ impl Workspace {
         self.pairs.clear();
         self.caches.clear();
         self.contacts.clear();
+        self.begins = true;
     }
 
     /// Contacts of the last substep.
@@ -298,7 +302,16 @@ mod tests {
             let near = |other: &&Contact| other.point.distance(contact.point) < 1e-4;
             let same = found.points.iter().find(near).unwrap_or_else(|| panic!("{contact:?} is not found"));
             assert!((same.separation - contact.separation).abs() < 1e-6, "{contact:?}, {same:?}");
-            assert!(contact.impulse > 0.0 && same.impulse == 0.0, "{contact:?}, {same:?}");
+        }
+        // What they carry is also known before the first substep.
+        let load = |set: &ContactSet, patch: usize| -> f32 {
+            set.points_of(&set.patches[patch]).iter().map(|contact| contact.impulse).sum()
+        };
+        for (patch, weight) in [(0, 1.0), (1, 2.0)] {
+            let expected = -weight * settings.gravity * settings.small_step();
+            for set in [kept, found] {
+                assert!((load(set, patch) / expected - 1.0).abs() < 0.01, "{} for {expected} N s", load(set, patch));
+            }
         }
     }
 

@@ -95,7 +95,7 @@ impl GpuBackend {
         let substeps = settings.substeps.max(1);
         for step in 0..settings.steps {
             for substep in step * substeps..(step + 1) * substeps {
-                simulation.substep(&mut recorder, substep as usize % 2);
+                simulation.substep(&mut recorder, substep);
             }
             recorder.fetch(&state.poses, &poses);
             recorder.fetch(&state.velocities, &velocities);

@@ -217,6 +217,14 @@ impl<'a> Recorder<'a> {
         steps.into_iter().for_each(|step| step.dispatch(&mut pass));
     }
 
+    /// Runs what is done once, in whatever unit.
+    pub(super) fn run_once<'s>(&mut self, steps: impl IntoIterator<Item = &'s Step>) {
+        let weight = self.weight;
+        self.weight = weight.min(1);
+        self.run(steps);
+        self.weight = weight;
+    }
+
     /// Copies all elements of a buffer to another of the same size.
     pub fn copy<T: Pod>(&mut self, from: &Buffer<T>, to: &Buffer<T>) {
         self.encoder.copy_buffer_to_buffer(&from.raw, 0, &to.raw, 0, from.raw.size());

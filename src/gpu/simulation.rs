@@ -201,16 +201,25 @@ impl Simulation {
         self.contacts.reset(recorder);
     }
 
-    /// One substep; the first after `rest` has parity 0, then they alternate.
-    pub fn substep(&self, recorder: &mut Recorder<'_>, parity: usize) {
+    /// One substep, `number` counted from the last `rest`.
+    pub fn substep(&self, recorder: &mut Recorder<'_>, number: u32) {
+        let parity = number as usize % 2;
         self.collide.detect(recorder, parity);
         self.contacts.record(recorder, parity);
+        if number == 0 {
+            recorder.run_once(self.solver.load_steps());
+        }
         self.solver.solve(recorder, parity);
     }
 
     /// The kernels of a substep of this parity, in their order.
     pub fn kernels(&self, parity: usize) -> impl Iterator<Item = &Step> {
         self.collide.steps(parity).iter().chain(self.contacts.steps(parity)).chain(self.solver.steps(parity))
+    }
+
+    /// Those that find what contacts carry in the first one.
+    pub fn load_kernels(&self) -> &[Step] {
+        self.solver.load_steps()
     }
 
     /// Those that measure overlaps.
@@ -246,7 +255,7 @@ impl Simulation {
         }
         for substep in 0..steps * self.substeps {
             recorder.begin_unit();
-            self.substep(&mut recorder, substep as usize % 2);
+            self.substep(&mut recorder, substep);
             if substep + 1 == self.snapshot_step * self.substeps {
                 recorder.copy(&self.state.velocities, &self.state.snapshot);
             }
@@ -274,7 +283,7 @@ impl Simulation {
         for step in 0..self.steps {
             for substep in step * self.substeps..(step + 1) * self.substeps {
                 recorder.begin_unit();
-                self.substep(&mut recorder, substep as usize % 2);
+                self.substep(&mut recorder, substep);
                 recorder = pace.tick(gpu, recorder)?;
             }
             after_step(&mut recorder, step as usize);

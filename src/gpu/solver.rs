@@ -7,7 +7,7 @@ use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
 use super::layout::{Axes, Contact, Cursor, Free, Friction, Gap, Levers, Moving, Normal, Patch, Sim};
-use crate::world::constants::{MAX_MANIFOLD_POINTS, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS};
+use crate::world::constants::{MAX_LOAD_SWEEPS, MAX_MANIFOLD_POINTS, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS};
 
 /// Invocations that share a candidate's patches, as in `solve_load` and `integrate`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
@@ -57,6 +57,21 @@ fn portion(sim: &Sim, bodies: u32, longest: u64) -> [u64; 2] {
     [steps, (loops.saturating_sub(around) / sweep).clamp(1, longest)]
 }
 
+/// How often kernel `first_loads` has to be run, likewise.
+fn load_rounds(sim: &Sim, bodies: u32) -> u32 {
+    let longest = 2 * u64::from(MAX_LOAD_SWEEPS);
+    longest.div_ceil(load_sweeps(sim, bodies, longest)) as u32
+}
+
+/// How many of its sweeps are within `Sim::loops`.
+fn load_sweeps(sim: &Sim, bodies: u32, longest: u64) -> u64 {
+    let points = MAX_MANIFOLD_POINTS as u64;
+    let [loops, patches, bodies] = [sim.loops, patch_rows(sim.contacts), bodies].map(u64::from);
+    let sweep = (1 + 2 * points) * patches + 1;
+    let around = (1 + points) * patches + bodies + 3;
+    (loops.saturating_sub(around) / sweep).clamp(1, longest)
+}
+
 /// Contacts of a substep: tables that change roles every substep.
 pub struct Touching<'a> {
     /// Patches in use, `[candidates]`.
@@ -75,6 +90,8 @@ pub struct Solver {
     pub normals: Buffer<Normal>,
     /// By patch, `[candidates][patch_rows]`.
     pub frictions: Buffer<Friction>,
+    /// Before the first substep, which is an even one.
+    loads: Vec<Step>,
     /// Of even and of odd substeps.
     steps: [Vec<Step>; 2],
 }
@@ -113,7 +130,7 @@ impl Solver {
             moving: moving.write(),
             axes: axes.write(),
         };
-        let steps = touching.map(|Touching { counts, patches, contacts }| {
+        let prepare = |Touching { counts, patches, contacts }: &Touching<'_>| {
             let load = kernels::SolveLoadBuffers {
                 batch: motion.batch.uniform(),
                 sim: sim.uniform(),
@@ -129,6 +146,25 @@ impl Solver {
                 gaps: gaps.write(),
                 cursors: cursors.write(),
             };
+            vec![start.step(gpu, kernels, rows), load.step(gpu, kernels, candidates * PATCH_LANES)]
+        };
+        let first = kernels::FirstLoadsBuffers {
+            batch: motion.batch.uniform(),
+            sim: sim.uniform(),
+            patch_counts: touching[0].counts.read(),
+            gaps: gaps.read(),
+            moving: moving.write(),
+            frictions: frictions.write(),
+            normals: normals.write(),
+            cursors: cursors.write(),
+            patches: touching[0].patches.write(),
+            contacts: touching[0].contacts.write(),
+        };
+        let mut loads = prepare(&touching[0]);
+        loads.extend((0..load_rounds(parameters, bodies)).map(|_| first.step(gpu, kernels, candidates)));
+        let steps = touching.map(|touching| {
+            let mut steps = prepare(&touching);
+            let Touching { counts, patches, contacts } = touching;
             let waves = kernels::SolveWavesBuffers {
                 batch: motion.batch.uniform(),
                 sim: sim.uniform(),
@@ -174,7 +210,6 @@ impl Solver {
                 velocities: motion.velocities.write(),
                 statuses: motion.statuses.write(),
             };
-            let mut steps = vec![start.step(gpu, kernels, rows), load.step(gpu, kernels, candidates * PATCH_LANES)];
             let rounds = rounds(parameters, bodies);
             if way == Way::Waves {
                 let lanes = candidates * WAVE_LANES;
@@ -184,12 +219,17 @@ impl Solver {
             steps.push(integrate.step(gpu, kernels, candidates * PATCH_LANES));
             steps
         });
-        Ok(Self { moving, normals, frictions, steps })
+        Ok(Self { moving, normals, frictions, loads, steps })
     }
 
     /// The kernels of a substep of this parity, in their order.
     pub fn steps(&self, parity: usize) -> &[Step] {
         &self.steps[parity]
+    }
+
+    /// The kernels that find what contacts carry when a simulation begins, in their order.
+    pub fn load_steps(&self) -> &[Step] {
+        &self.loads
     }
 
     /// Advances all candidates by a substep. `parity`: 0 for even, 1 for odd substeps.

@@ -13,8 +13,8 @@ use std::cell::RefCell;
 /// Timestamps of a query set: the most that there may be.
 const MARKS: u32 = wgpu::QUERY_SET_MAX_QUERIES;
 
-/// Timestamps set aside for what is not repeated: drawing and ranking.
-const SINGLE_MARKS: u32 = 64;
+/// Timestamps set aside for what is not repeated: drawing, ranking and the first loads.
+const SINGLE_MARKS: u32 = 128;
 
 /// Timestamps of one adapter, and what they added up to.
 pub struct Timer {

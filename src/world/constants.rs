@@ -131,6 +131,16 @@ pub const POINT_LOAD_RATE: f32 = 0.5;
 /// jam each other would else take over each other's push without bound, and fly apart when one of them slips.
 pub const LOAD_LOSS: f32 = 125.0;
 
+/// Smallest cosine between the vertical and the normal of a patch whose lower body bears the upper one when the first
+/// loads are found (60°).
+pub const BEARING_COSINE: f32 = 0.5;
+
+/// Most sweeps that find the first loads, without friction and again with it. A pile of thirty books takes forty.
+pub const MAX_LOAD_SWEEPS: u32 = 64;
+
+/// They end when none of them changed the acceleration of a contact by more than this, as a share of gravity.
+pub const LOAD_TOLERANCE: f32 = 2e-3;
+
 /// Largest overlap at which bodies rest, m. Those that meet with less rest where they met, until they are pressed
 /// further together than by so much: with room to sink into each other before they bear, what leans on each other would
 /// hand its load to friction elsewhere and be left without any; without more of it under heavy things, these would

@@ -14,6 +14,7 @@
 //! of the processor's vectors, which takes hardly longer than one.
 
 mod cold;
+mod first_loads;
 mod follow;
 mod integrate;
 mod lanes;
@@ -51,6 +52,11 @@ impl Solver {
         dispatch!(level, simd => lanes_of(simd))
     }
 
+    /// Gives the contacts of candidates that begin, and that have none of an earlier substep, what they carry.
+    pub fn find_loads(&mut self, bodies: &[Body], settings: &SimSettings, candidates: &mut [Workspace]) {
+        self.0.find_loads(bodies, settings, candidates);
+    }
+
     /// Advances candidates by one substep. Contacts keep their impulses for the next call's warm start.
     pub fn substep(&mut self, bodies: &[Body], settings: &SimSettings, candidates: &mut [Workspace]) {
         self.0.substep(bodies, settings, candidates);
@@ -66,6 +72,7 @@ fn boxed<S: Simd>(simd: S) -> Box<dyn Substep> {
 }
 
 trait Substep: Send + Sync {
+    fn find_loads(&mut self, bodies: &[Body], settings: &SimSettings, candidates: &mut [Workspace]);
     fn substep(&mut self, bodies: &[Body], settings: &SimSettings, candidates: &mut [Workspace]);
 }
 
@@ -81,6 +88,20 @@ struct Wide<S: Simd> {
 }
 
 impl<S: Simd> Substep for Wide<S> {
+    fn find_loads(&mut self, bodies: &[Body], settings: &SimSettings, candidates: &mut [Workspace]) {
+        let soft = Softness::new(settings.small_step());
+        let simd = self.simd;
+        for candidates in candidates.chunks_mut(Number::<S>::LEN) {
+            simd.vectorize(
+                #[inline(always)]
+                || {
+                    self.load(bodies, settings, &soft, candidates);
+                    Wide::find_loads(self, settings, candidates);
+                },
+            );
+        }
+    }
+
     fn substep(&mut self, bodies: &[Body], settings: &SimSettings, candidates: &mut [Workspace]) {
         let soft = Softness::new(settings.small_step());
         let dt = settings.substep();

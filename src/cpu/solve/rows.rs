@@ -134,11 +134,17 @@ impl<S: Simd> Twist<S> {
         let (torque_a, torque_b) = (a.frame * axis, b.frame * axis);
         Self { torque_a, torque_b, mass: inverse::<S>(torque_a.dot(torque_a) + torque_b.dot(torque_b)) }
     }
+
+    /// What a unit torque adds to the spin of either body, 1/(kg m²).
+    #[inline(always)]
+    pub fn gives(&self) -> [Number<S>; 2] {
+        [self.torque_a.dot(self.torque_a), self.torque_b.dot(self.torque_b)]
+    }
 }
 
 /// One over what is above nought.
 #[inline(always)]
-fn inverse<S: Simd>(number: Number<S>) -> Number<S> {
+pub fn inverse<S: Simd>(number: Number<S>) -> Number<S> {
     let zero = splat(number.token(), 0.0);
     number.simd_gt(zero).select(splat(number.token(), 1.0) / number, zero)
 }
@@ -258,6 +264,21 @@ impl<S: Simd> Pair<S> {
         row.axis.dot(self.linear_b - self.linear_a) + row.torque_b.dot(self.spin_b) - row.torque_a.dot(self.spin_a)
     }
 
+    /// The share of either body in that.
+    #[inline(always)]
+    pub fn speeds(&self, row: &Row<S>) -> [Number<S>; 2] {
+        let of_a = row.axis.dot(self.linear_a) + row.torque_a.dot(self.spin_a);
+        [-of_a, row.axis.dot(self.linear_b) + row.torque_b.dot(self.spin_b)]
+    }
+
+    /// What a unit impulse along the row adds to either, 1/kg.
+    #[inline(always)]
+    pub fn gives(&self, row: &Row<S>) -> [Number<S>; 2] {
+        let size = row.axis.dot(row.axis);
+        let of_a = size * self.inverse_mass_a + row.torque_a.dot(row.torque_a);
+        [of_a, size * self.inverse_mass_b + row.torque_b.dot(row.torque_b)]
+    }
+
     #[inline(always)]
     pub fn push(&mut self, row: &Row<S>, impulse: Number<S>) {
         self.linear_a -= row.axis * (impulse * self.inverse_mass_a);
@@ -270,6 +291,12 @@ impl<S: Simd> Pair<S> {
     #[inline(always)]
     pub fn twisting(&self, twist: &Twist<S>) -> Number<S> {
         twist.torque_b.dot(self.spin_b) - twist.torque_a.dot(self.spin_a)
+    }
+
+    /// The share of either body in that.
+    #[inline(always)]
+    pub fn spins(&self, twist: &Twist<S>) -> [Number<S>; 2] {
+        [-twist.torque_a.dot(self.spin_a), twist.torque_b.dot(self.spin_b)]
     }
 
     #[inline(always)]

@@ -90,7 +90,7 @@ impl<S: Simd> Wide<S> {
 
     /// All that moves in these candidates is restless.
     #[inline(always)]
-    fn disturb(&mut self, candidates: Mask<S>) {
+    pub fn disturb(&mut self, candidates: Mask<S>) {
         let nobody = all(self.simd, false);
         for body in &mut self.bodies {
             let who = if body.inverse_mass == 0.0 { nobody } else { candidates };
@@ -100,7 +100,7 @@ impl<S: Simd> Wide<S> {
 
     /// Ends a sweep: true if nothing is restless any more.
     #[inline(always)]
-    fn calm(&mut self) -> bool {
+    pub fn calm(&mut self) -> bool {
         let nobody = all(self.simd, false);
         let mut left = nobody;
         for body in &mut self.bodies {
@@ -221,7 +221,7 @@ impl<S: Simd> Wide<S> {
 
 /// The candidates in which a patch has to be solved.
 #[inline(always)]
-fn restless<S: Simd>(bodies: &[Moving<S>], patch: &WidePatch<S>) -> Mask<S> {
+pub fn restless<S: Simd>(bodies: &[Moving<S>], patch: &WidePatch<S>) -> Mask<S> {
     let [[before_a, now_a], [before_b, now_b]] = [patch.a, patch.b].map(|body| bodies[body as usize].restless);
     before_a | now_a | before_b | now_b
 }

@@ -1,0 +1,105 @@
+//! Kernel `first_loads`: what contacts carry when a simulation begins, from the CPU's contacts.
+
+use super::Test;
+use super::fixture::{Device, SIZES};
+use super::states::{State, TOLERANCE, Tables, beginnings};
+use crate::common::scenario::Scenario;
+use crate::physics::stacks::{house_of_cards, leaning_book};
+use glam::{Quat, Vec3};
+use libtest_mimic::Failed;
+use rest3d_gpu::gpu::{Batch, Contact, Motion, Patch, Recorder, Sim, Solver, Touching, Way};
+use rest3d_gpu::world::{SimSettings, World};
+
+pub const TESTS: &[Test] = &[
+    ("first_loads::are_their_twins", are_their_twins),
+    ("first_loads::go_on_where_they_stopped", go_on_where_they_stopped),
+];
+
+/// Every body of a candidate is moved by up to this, m: some contacts open too far to bear anything.
+const SPREAD: f32 = 5e-4;
+
+/// A pile of boards on a light box, with a weight beside its middle; a book on a wall; and a house of cards.
+fn worlds() -> [World; 3] {
+    let mut pile = Scenario::default();
+    pile.cuboid(Vec3::splat(0.1), 0.5, Vec3::Y * 0.1, Quat::IDENTITY);
+    for level in 0..6 {
+        let turn = Quat::from_rotation_y(0.2 * level as f32);
+        pile.cuboid(Vec3::new(0.2, 0.01, 0.15), 1.0, Vec3::Y * (0.21 + 0.02 * level as f32), turn);
+    }
+    pile.cuboid(Vec3::splat(0.05), 8.0, Vec3::new(0.03, 0.37, 0.02), Quat::IDENTITY);
+    [pile.world(), leaning_book(60.0).world(), house_of_cards(1).world()]
+}
+
+/// What the kernel makes of contacts that carry nothing yet; compared with what is expected, if anything.
+fn found(
+    device: &Device,
+    (world, parameters): (&World, &Sim),
+    before: &Tables,
+    after: Option<&Tables>,
+) -> Result<(Vec<Patch>, Vec<Contact>), Failed> {
+    let candidates = before.counts.len() as u32;
+    let batch = device.input(&[Batch::new(world, candidates)])?;
+    let sim = device.input(&[*parameters])?;
+    let bodies = device.input(&world.bodies)?;
+    let poses = device.input(&before.poses)?;
+    let velocities = device.input(&before.velocities)?;
+    let statuses = device.input(&vec![0u32; before.counts.len()])?;
+    let counts = device.input(&before.counts)?;
+    let patches = device.input(&before.patches)?;
+    let contacts = device.input(&before.contacts)?;
+    let unused = (device.poisoned(1)?, device.poisoned(1)?, device.poisoned(1)?);
+    let motion = Motion { batch: &batch, bodies: &bodies, poses: &poses, velocities: &velocities, statuses: &statuses };
+    let even = Touching { counts: &counts, patches: &patches, contacts: &contacts };
+    let odd = Touching { counts: &unused.0, patches: &unused.1, contacts: &unused.2 };
+    let sizes = [candidates, world.bodies.len() as u32];
+    let way = Way::Candidates;
+    let solver = Solver::new(&device.gpu, device.kernels()?, sizes, (parameters, &sim), way, motion, [even, odd])?;
+    device.poison(&solver.moving);
+    device.poison(&solver.frictions);
+    device.poison(&solver.normals);
+    let mut recorder = Recorder::new(&device.gpu);
+    recorder.run(solver.load_steps());
+    recorder.submit();
+    if let Some(after) = after {
+        device.expect(&format!("patches of {candidates}"), &patches, &after.patches, TOLERANCE)?;
+        device.expect(&format!("contacts of {candidates}"), &contacts, &after.contacts, TOLERANCE)?;
+    }
+    Ok((device.fetch(&patches)?, device.fetch(&contacts)?))
+}
+
+/// Tables of so many candidates before and after.
+fn tables(world: &World, settings: &SimSettings, candidates: u32) -> [Tables; 2] {
+    let (bare, loaded): (Vec<State>, Vec<State>) =
+        beginnings(world, settings, SPREAD, candidates.min(9)).into_iter().map(|[bare, loaded]| (bare, loaded)).unzip();
+    [&bare, &loaded].map(|states| Tables::new(world, states, candidates))
+}
+
+fn are_their_twins(device: &Device) -> Result<(), Failed> {
+    for world in worlds() {
+        for rest_offset in [0.0, 2e-4] {
+            let settings = SimSettings { rest_offset, ..Default::default() };
+            let sim = Sim::new(&settings, world.capacities);
+            for candidates in SIZES {
+                let [before, after] = tables(&world, &settings, candidates);
+                found(device, (&world, &sim), &before, Some(&after))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// However few rounds its loops may take at a time, down to a single sweep.
+fn go_on_where_they_stopped(device: &Device) -> Result<(), Failed> {
+    let settings = SimSettings::default();
+    for world in worlds() {
+        let [before, _] = tables(&world, &settings, 65);
+        let sim = Sim::new(&settings, world.capacities);
+        let whole = found(device, (&world, &sim), &before, None)?;
+        for loops in [0, 3000, 20_000] {
+            if found(device, (&world, &Sim { loops, ..sim }), &before, None)? != whole {
+                return Err(format!("with {loops} rounds of its loops").into());
+            }
+        }
+    }
+    Ok(())
+}

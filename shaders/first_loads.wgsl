@@ -1,0 +1,218 @@
+// Kernel `first_loads`: what contacts carry when a simulation begins, one invocation a candidate, patch after patch. It
+// follows `solve_load`, and is run again until all are done, as `solve`. Its twin is `cpu::solve::Solver::find_loads`.
+//
+// Velocities stand for accelerations, m/s², and impulses for forces, N and N m.
+
+#import batch
+#import constants
+#import contact
+#import grid
+#import sim
+#import solver
+
+@group(0) @binding(0) var<uniform> batch: Batch;
+@group(0) @binding(1) var<uniform> sim: Sim;
+@group(0) @binding(2) var<storage, read> patch_counts: array<u32>;
+@group(0) @binding(3) var<storage, read> gaps: array<Gap>;
+@group(0) @binding(4) var<storage, read_write> moving: array<Moving>;
+@group(0) @binding(5) var<storage, read_write> frictions: array<Friction>;
+@group(0) @binding(6) var<storage, read_write> normals: array<Normal>;
+@group(0) @binding(7) var<storage, read_write> cursors: array<Cursor>;
+@group(0) @binding(8) var<storage, read_write> patches: array<Patch>;
+@group(0) @binding(9) var<storage, read_write> contacts: array<Contact>;
+
+#import excess
+#import pair
+
+// Most patches of the workgroup's candidates, which go through their loops together.
+var<workgroup> most_patches: atomic<u32>;
+
+// How much the bodies of a patch give way: the upper one of two alone, both where they are side by side.
+fn give_of(normal: vec3<f32>) -> vec2<f32> {
+    return vec2(select(1.0, 0.0, normal.y > BEARING_COSINE), select(1.0, 0.0, normal.y < -BEARING_COSINE));
+}
+
+// What the bodies' shares add up to.
+fn sum_of(give: vec2<f32>, of_a: f32, of_b: f32) -> f32 {
+    return of_a * give.x + of_b * give.y;
+}
+
+// Relative acceleration along the row, as far as the bodies give way.
+fn speed_of(pair: ptr<function, Pair>, row: Row, give: vec2<f32>) -> f32 {
+    let of_a = dot(row.axis, (*pair).linear_a) + dot(row.torque_a, (*pair).spin_a);
+    return sum_of(give, -of_a, dot(row.axis, (*pair).linear_b) + dot(row.torque_b, (*pair).spin_b));
+}
+
+// Effective mass along the row of what gives way.
+fn mass_along(pair: ptr<function, Pair>, row: Row, give: vec2<f32>) -> f32 {
+    let size = dot(row.axis, row.axis);
+    let of_a = size * (*pair).inverse_mass_a + dot(row.torque_a, row.torque_a);
+    return inverse_of(sum_of(give, of_a, size * (*pair).inverse_mass_b + dot(row.torque_b, row.torque_b)));
+}
+
+// Takes the forces that keep the patch from sliding and spinning, as far as friction goes. True if sliding changed by
+// more than `tolerance`.
+fn hold_sliding(pair: ptr<function, Pair>, row: u32, give: vec2<f32>, tolerance: f32) -> bool {
+    let friction = frictions[row];
+    let turning =
+        sum_of(give, dot(friction.twist_a, friction.twist_a), dot(friction.twist_b, friction.twist_b));
+    let spinning =
+        sum_of(give, -dot(friction.twist_a, (*pair).spin_a), dot(friction.twist_b, (*pair).spin_b));
+    let most = friction.twist_limit;
+    let twist = clamp(friction.impulse_twist - inverse_of(turning) * spinning, -most, most);
+    twist_by(pair, friction, twist - friction.impulse_twist);
+    let u = Row(friction.u, friction.u_a, friction.u_b);
+    let v = Row(friction.v, friction.v_a, friction.v_b);
+    let mass = min(mass_along(pair, u, give), mass_along(pair, v, give));
+    let old = vec2(friction.impulse_u, friction.impulse_v);
+    let wanted = old - vec2(mass * speed_of(pair, u, give), mass * speed_of(pair, v, give));
+    let size = length(wanted);
+    let tangential = wanted * select(1.0, friction.limit / size, size > friction.limit);
+    let changes = tangential - old;
+    push(pair, u, changes.x);
+    push(pair, v, changes.y);
+    frictions[row].impulse_u = tangential.x;
+    frictions[row].impulse_v = tangential.y;
+    frictions[row].impulse_twist = twist;
+    return max(abs(changes.x), abs(changes.y)) > mass * tolerance;
+}
+
+// Takes the force that keeps the contact from closing. True if that changed by more than `tolerance`.
+fn hold_closing(pair: ptr<function, Pair>, row: u32, give: vec2<f32>, tolerance: f32) -> bool {
+    let n = normals[row];
+    let along = Row(n.axis, n.torque_a, n.torque_b);
+    let mass = mass_along(pair, along, give);
+    let total = max(n.impulse - mass * speed_of(pair, along, give), 0.0);
+    let change = total - n.impulse;
+    push(pair, along, change);
+    normals[row].impulse = total;
+    return abs(change) > mass * tolerance;
+}
+
+// The rows of a candidate.
+struct Rows {
+    moving: u32,
+    slots: u32,
+    frictions: u32,
+    patches: u32,
+}
+
+// One sweep over all patches, one way or the other. True if a contact moves by more than the tolerance.
+fn sweep_loads(rows: Rows, sweep: u32) -> bool {
+    let rubs = sweep >= MAX_LOAD_SWEEPS;
+    let backwards = sweep % MAX_LOAD_SWEEPS % 2u == 1u;
+    let tolerance = LOAD_TOLERANCE * abs(sim.gravity);
+    var changed = false;
+    for (var i = 0u; i < rows.patches; i++) {
+        let p = in_order(i, rows.patches, backwards);
+        let at = patches[rows.slots + p];
+        let link = link_of(at);
+        let bodies = rows.moving + link.bodies;
+        // The first sweeps, without friction and with it, are of all contacts.
+        if (!is_restless(bodies, select(sweep, 0u, sweep == MAX_LOAD_SWEEPS))) {
+            continue;
+        }
+        let give = give_of(at.normal);
+        var pair = pair_of(bodies);
+        var disturbed = false;
+        if (rubs) {
+            disturbed = hold_sliding(&pair, rows.frictions + p, give, tolerance);
+        }
+        let first = rows.slots + link.first;
+        var limit = 0.0;
+        var twist_limit = 0.0;
+        for (var k = 0u; k < link.count; k++) {
+            let row = first + in_order(k, link.count, backwards);
+            if (gaps[row].start <= TOUCHING_DEPTH) {
+                disturbed |= hold_closing(&pair, row, give, tolerance);
+            }
+        }
+        for (var k = 0u; k < link.count; k++) {
+            limit += normals[first + k].impulse;
+            twist_limit += normals[first + k].impulse * normals[first + k].lever;
+        }
+        frictions[rows.frictions + p].limit = limit * sim.friction;
+        frictions[rows.frictions + p].twist_limit = twist_limit * sim.friction;
+        store(&pair);
+        if (disturbed) {
+            disturb(pair.a, sweep);
+            disturb(pair.b, sweep);
+            changed = true;
+        }
+    }
+    return changed;
+}
+
+// Writes the forces into the contacts, as impulses of a small step.
+fn hand_over(rows: Rows) {
+    for (var p = 0u; p < rows.patches; p++) {
+        let i = rows.slots + p;
+        let friction = frictions[rows.frictions + p];
+        let tangential = friction.impulse_u * friction.u + friction.impulse_v * friction.v;
+        patches[i].friction = tangential * sim.small_step;
+        patches[i].twist = friction.impulse_twist * sim.small_step;
+        let first = rows.slots + patches[i].first;
+        let count = patches[i].count;
+        for (var k = 0u; k < count; k++) {
+            let j = first + turn_of(k, count);
+            contacts[j].impulse = normals[first + k].impulse * sim.small_step;
+            let load = excess(contacts[j]);
+            contacts[j].load = load;
+            contacts[j].impulse = load;
+        }
+    }
+}
+
+// How many sweeps are within `Sim::loops`. As `gpu::solver::load_sweeps`.
+fn portion(patches: u32) -> u32 {
+    let sweep = (1u + 2u * MAX_MANIFOLD_POINTS) * patches + 1u;
+    let around = (1u + MAX_MANIFOLD_POINTS) * patches + batch.bodies + 3u;
+    return clamp((sim.loops - min(sim.loops, around)) / sweep, 1u, 2u * MAX_LOAD_SWEEPS);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let candidate = invocation(id, workgroups);
+    let is_spare = candidate >= batch.candidates;
+    let room = patch_rows(sim.contacts);
+    let count = select(min(patch_counts[min(candidate, batch.candidates - 1u)], room), 0u, is_spare);
+    if (lane == 0u) {
+        atomicStore(&most_patches, 0u);
+    }
+    workgroupBarrier();
+    atomicMax(&most_patches, count);
+    workgroupBarrier();
+    if (is_spare) {
+        return;
+    }
+    let rows = Rows(candidate * (batch.bodies + 1u), candidate * sim.contacts, candidate * room, count);
+    var sweep = cursors[candidate].sweep;
+    if (sweep == 2u * MAX_LOAD_SWEEPS) {
+        return;
+    }
+    if (sweep == 0u) {
+        for (var i = rows.moving; i < rows.moving + batch.bodies; i++) {
+            if (moving[i].inverse_mass > 0.0) {
+                moving[i].linear = vec3(0.0, sim.gravity, 0.0);
+                moving[i].spin = vec3(0.0);
+            }
+        }
+    }
+    let most = portion(atomicLoad(&most_patches));
+    for (var sweeps = 0u; sweeps < most; sweeps++) {
+        if (sweep == 2u * MAX_LOAD_SWEEPS) {
+            break;
+        }
+        let changed = sweep_loads(rows, sweep);
+        let end = select(MAX_LOAD_SWEEPS, 2u * MAX_LOAD_SWEEPS, sweep >= MAX_LOAD_SWEEPS);
+        sweep = select(end, sweep + 1u, changed);
+    }
+    cursors[candidate].sweep = sweep;
+    if (sweep == 2u * MAX_LOAD_SWEEPS) {
+        hand_over(rows);
+    }
+}
