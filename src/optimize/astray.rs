@@ -1,9 +1,10 @@
-//! Free places near the one where an object was set onto its support, for one that the search has pushed off it.
+//! Free places near the one where an object was set onto its support, for one that the search has pushed off it or thrown
+//! far from it.
 
 use super::directions::directions;
 use super::run::Run;
 use super::support::Placed;
-use super::tolerances::{FREE_STEP, FREE_WITHIN};
+use super::tolerances::{FAR, FREE_STEP, FREE_WITHIN, NEARER};
 use crate::scene::{self, Parent};
 use crate::world::constants::TOUCHING_DEPTH;
 use glam::DVec3;
@@ -27,13 +28,37 @@ impl Run<'_> {
         let own = placed(object, &pose);
         let is_free = |shift: &DVec3| !others.iter().any(|other| own.overlaps(shift.as_vec3(), other, TOUCHING_DEPTH));
         let at = |shift| scene::Pose { translation: pose.translation + shift, ..pose };
-        shifts().filter(is_free).map(at).collect()
+        shifts(FREE_WITHIN).filter(is_free).map(at).collect()
+    }
+
+    /// The layout with an object that stands farther than `FAR` from where it was set moved sideways, with all that it
+    /// bears, to the nearest place to that without overlap. None if it is not so far, or nearly as near as it can be.
+    pub(super) fn nearer(&self, object: usize, layout: &[scene::Pose]) -> Option<Vec<scene::Pose>> {
+        let moves = |&object: &usize| !self.scene.is_static(object);
+        let back = (self.seated[object].translation - layout[object].translation).with_y(0.0);
+        if !moves(&object) || back.length() <= FAR {
+            return None;
+        }
+        let unit = self.scene.subtree(object, |child| moves(&child));
+        let parent = self.scene.objects[object].parent;
+        let placed = |object: usize| Placed::new(&self.rigs[object], &self.rigs[object].body(&layout[object]));
+        let own: Vec<Placed> = unit.iter().map(|&member| placed(member)).collect();
+        let is_other = |other: &usize| !unit.contains(other) && parent != Parent::Object(*other);
+        let others: Vec<Placed> = (0..layout.len()).filter(is_other).map(placed).collect();
+        let overlaps = |shift: DVec3| {
+            let with = |other: &Placed, own: &Placed| own.overlaps(shift.as_vec3(), other, TOUCHING_DEPTH);
+            others.iter().any(|other| own.iter().any(|own| with(other, own)))
+        };
+        let shift = shifts(NEARER * back.length()).map(|beside| back + beside).find(|&shift| !overlaps(shift))?;
+        let mut nearer = layout.to_vec();
+        unit.iter().for_each(|&member| nearer[member].translation += shift);
+        Some(nearer)
     }
 }
 
 /// Horizontal shifts in all directions, from none to the farthest, m.
-fn shifts() -> impl Iterator<Item = DVec3> {
-    let rings = 1..=(FREE_WITHIN / FREE_STEP).round() as u32;
+fn shifts(within: f64) -> impl Iterator<Item = DVec3> {
+    let rings = 1..=(within / FREE_STEP).round() as u32;
     let ring = |ring: u32| directions().map(move |along| along * (FREE_STEP * f64::from(ring)));
     std::iter::once(DVec3::ZERO).chain(rings.flat_map(ring))
 }

@@ -36,6 +36,12 @@ pub(super) const FREE_WITHIN: f64 = 0.1;
 /// … and how far such places are from each other along a direction, m.
 pub(super) const FREE_STEP: f64 = 0.01;
 
+/// What stands farther than this from where it was set onto its support was thrown there, m.
+pub(super) const FAR: f64 = 0.25;
+
+/// It is brought back if there is a place with at most this share of the way.
+pub(super) const NEARER: f64 = 0.8;
+
 /// A body whose drift is longer by this moves farther, m.
 pub(super) const FARTHER: f64 = 1e-3;
 

@@ -125,11 +125,12 @@ impl<S: Simd> Give<S> {
 }
 
 impl<S: Simd> Normal<S> {
-    /// Takes the force that keeps the contact from closing. Gives where that changed by more than `tolerance`.
+    /// Takes the force that keeps the contact from closing, unless it is open or overlap has to be pushed out. Gives where
+    /// that changed by more than `tolerance`.
     #[inline(always)]
     fn hold(&mut self, pair: &mut Pair<S>, give: &Give<S>, solved: Mask<S>, tolerance: f32) -> Mask<S> {
         let zero = splat(self.impulse.token(), 0.0);
-        let touches = solved & self.start.simd_le(TOUCHING_DEPTH);
+        let touches = solved & self.start.abs().simd_le(TOUCHING_DEPTH);
         let mass = inverse::<S>(give.sum(pair.gives(&self.row)));
         let total = at_least::<S>(self.impulse - mass * give.sum(pair.speeds(&self.row)), zero);
         let change = touches.select(total - self.impulse, zero);

@@ -121,13 +121,14 @@ impl<'a> Opinions<'a> {
         flow(&self.stop)
     }
 
-    /// What the rounds start from: the layout with some room; or as everything comes to rest where it was set onto its
+    /// What the rounds start from: the layout with some room, and what was thrown far brought back; or as everything comes to rest where it was set onto its
     /// support before the search, which may have pushed something off that stood there; or with what rolls or has
     /// fallen set down anew; or a mixture of these. Then each of that is set down anew for as long as it gains anything.
     fn start(&self, layout: &Layout) -> Result<Trial, BackendError> {
         let found = self.roomy(layout)?;
+
         if found.failing.is_empty() {
-            return Ok(found);
+            return self.brought_back(found);
         }
         let rest = |layout: &Layout| self.judge(self.settled(&self.settling, std::slice::from_ref(layout))?);
         let mut others = rest(&self.run.seated)?;
@@ -135,7 +136,7 @@ impl<'a> Opinions<'a> {
             others.extend(rest(&anew)?);
         }
         others.extend(rest(&mixed(&found, &others, &found.failing))?);
-        let mut best = cheaper(others, &found).unwrap_or(found);
+        let mut best = self.brought_back(cheaper(others, &found).unwrap_or(found))?;
         loop {
             let cost = best.cost;
             best = self.one_by_one_anew(best)?;
@@ -143,6 +144,18 @@ impl<'a> Opinions<'a> {
                 return Ok(best);
             }
         }
+    }
+
+    /// The same with what was thrown far nearer to its place, one thing after the other, if that costs less.
+    fn brought_back(&self, found: Trial) -> Result<Trial, BackendError> {
+        let mut best = found;
+        for object in 0..best.layout.len() {
+            if let Some(nearer) = self.run.nearer(object, &best.layout) {
+                let nearer = self.settled(&self.settling, &[nearer])?.swap_remove(0);
+                best = cheaper(vec![self.roomy(&nearer)?], &best).unwrap_or(best);
+            }
+        }
+        Ok(best)
     }
 
     /// The layout, or the same with room between what stands side by side if that costs no support: other engines'
