@@ -123,7 +123,7 @@ fn sweep_loads(rows: Rows, sweep: u32) -> bool {
         var twist_limit = 0.0;
         for (var k = 0u; k < link.count; k++) {
             let row = first + in_order(k, link.count, backwards);
-            if (abs(gaps[row].start) <= TOUCHING_DEPTH) {
+            if (gaps[row].start <= TOUCHING_DEPTH && gaps[row].start > -1.0 / LOAD_LOSS) {
                 disturbed |= hold_closing(&pair, row, give, tolerance);
             }
         }

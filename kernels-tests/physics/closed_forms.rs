@@ -86,14 +86,17 @@ pub fn what_slides_goes_straight_down(backend: &dyn Backend) {
 }
 
 pub fn a_block_tips_at_its_aspect(backend: &dyn Backend) {
-    let half = Vec3::new(0.1, 0.2, 0.1);
-    let limit = (half.x / half.y).atan().to_degrees();
-    for settings in both(backend, 240) {
-        for (degrees, tips) in [(limit - 0.5, false), (limit + 0.5, true)] {
-            let found = drift(backend, &box_on_slope(rising(degrees), half), &settings, 0);
-            measured(&format!("turn of a block at {degrees}° of {limit}°, rad"), found.turned, tips);
-            assert_eq!(found.turned > 0.5, tips, "at {degrees}° of {limit}°: {found:?}");
-            assert!(tips || found.moved < 1e-3, "at {degrees}° of {limit}°: {found:?}");
+    for width in [0.2, 0.05, 0.01, 0.005] {
+        let half = 0.5 * width * Vec3::new(1.0, 2.0, 1.0);
+        let limit = (half.x / half.y).atan().to_degrees();
+        for settings in both(backend, 240) {
+            for (degrees, tips) in [(limit - 0.25, false), (limit + 0.25, true)] {
+                let found = drift(backend, &box_on_slope(rising(degrees), half), &settings, 0);
+                let what = format!("turn of a block of {width} m at {degrees}° of {limit}°, rad");
+                measured(&what, found.turned, tips);
+                assert_eq!(found.turned > 0.5, tips, "{what}: {found:?}");
+                assert!(tips || found.moved < 1e-3, "{what}: {found:?}");
+            }
         }
     }
 }

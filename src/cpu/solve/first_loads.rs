@@ -17,7 +17,7 @@ use super::unsigned;
 use crate::cpu::simulate::Workspace;
 use crate::world::{
     SimSettings,
-    constants::{BEARING_COSINE, LOAD_TOLERANCE, MAX_LOAD_SWEEPS, TOUCHING_DEPTH},
+    constants::{BEARING_COSINE, LOAD_LOSS, LOAD_TOLERANCE, MAX_LOAD_SWEEPS, TOUCHING_DEPTH},
 };
 use fearless_simd::prelude::*;
 use glam::Vec3;
@@ -125,12 +125,12 @@ impl<S: Simd> Give<S> {
 }
 
 impl<S: Simd> Normal<S> {
-    /// Takes the force that keeps the contact from closing, unless it is open or overlap has to be pushed out. Gives where
-    /// that changed by more than `tolerance`.
+    /// Takes the force that keeps the contact from closing, unless it is open, or too deep to carry a load. Gives where that
+    /// changed by more than `tolerance`.
     #[inline(always)]
     fn hold(&mut self, pair: &mut Pair<S>, give: &Give<S>, solved: Mask<S>, tolerance: f32) -> Mask<S> {
         let zero = splat(self.impulse.token(), 0.0);
-        let touches = solved & self.start.abs().simd_le(TOUCHING_DEPTH);
+        let touches = solved & self.start.simd_le(TOUCHING_DEPTH) & self.start.simd_gt(-1.0 / LOAD_LOSS);
         let mass = inverse::<S>(give.sum(pair.gives(&self.row)));
         let total = at_least::<S>(self.impulse - mass * give.sum(pair.speeds(&self.row)), zero);
         let change = touches.select(total - self.impulse, zero);
