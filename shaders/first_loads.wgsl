@@ -27,9 +27,27 @@
 // Most patches of the workgroup's candidates, which go through their loops together.
 var<workgroup> most_patches: atomic<u32>;
 
-// How much the bodies of a patch give way: the upper one of two alone, both where they are side by side.
-fn give_of(normal: vec3<f32>) -> vec2<f32> {
-    return vec2(select(1.0, 0.0, normal.y > BEARING_COSINE), select(1.0, 0.0, normal.y < -BEARING_COSINE));
+// The rows of a candidate.
+struct Rows {
+    moving: u32,
+    slots: u32,
+    frictions: u32,
+    patches: u32,
+}
+
+// How much the bodies of a patch give way: the upper one of two alone, both where they are side by side or lie on each
+// other. Patches of a pair are neighbours.
+fn give_of(rows: Rows, p: u32) -> vec2<f32> {
+    let at = patches[rows.slots + p];
+    var bears = vec2(false);
+    for (var q = p - min(p, MAX_PATCHES - 1u); q < min(p + MAX_PATCHES, rows.patches); q++) {
+        let other = patches[rows.slots + q];
+        let up = other.normal.y;
+        bears |= vec2(up > BEARING_COSINE, up < -BEARING_COSINE) & vec2(other.pair == at.pair);
+    }
+    let a_bears = !bears.y & (at.normal.y > BEARING_COSINE);
+    let b_bears = !bears.x & (at.normal.y < -BEARING_COSINE);
+    return vec2(select(1.0, 0.0, a_bears), select(1.0, 0.0, b_bears));
 }
 
 // What the bodies' shares add up to.
@@ -89,14 +107,6 @@ fn hold_closing(pair: ptr<function, Pair>, row: u32, give: vec2<f32>, tolerance:
     return abs(change) > mass * tolerance;
 }
 
-// The rows of a candidate.
-struct Rows {
-    moving: u32,
-    slots: u32,
-    frictions: u32,
-    patches: u32,
-}
-
 // One sweep over all patches, one way or the other. True if a contact moves by more than the tolerance.
 fn sweep_loads(rows: Rows, sweep: u32) -> bool {
     let rubs = sweep >= MAX_LOAD_SWEEPS;
@@ -105,18 +115,18 @@ fn sweep_loads(rows: Rows, sweep: u32) -> bool {
     var changed = false;
     for (var i = 0u; i < rows.patches; i++) {
         let p = in_order(i, rows.patches, backwards);
-        let at = patches[rows.slots + p];
-        let link = link_of(at);
+        let link = link_of(patches[rows.slots + p]);
         let bodies = rows.moving + link.bodies;
         // The first sweeps, without friction and with it, are of all contacts.
         if (!is_restless(bodies, select(sweep, 0u, sweep == MAX_LOAD_SWEEPS))) {
             continue;
         }
-        let give = give_of(at.normal);
+        let friction = rows.frictions + p;
+        let give = vec2(frictions[friction].mass, frictions[friction].mass_twist);
         var pair = pair_of(bodies);
         var disturbed = false;
         if (rubs) {
-            disturbed = hold_sliding(&pair, rows.frictions + p, give, tolerance);
+            disturbed = hold_sliding(&pair, friction, give, tolerance);
         }
         let first = rows.slots + link.first;
         var limit = 0.0;
@@ -131,8 +141,8 @@ fn sweep_loads(rows: Rows, sweep: u32) -> bool {
             limit += normals[first + k].impulse;
             twist_limit += normals[first + k].impulse * normals[first + k].lever;
         }
-        frictions[rows.frictions + p].limit = limit * sim.friction;
-        frictions[rows.frictions + p].twist_limit = twist_limit * sim.friction;
+        frictions[friction].limit = limit * sim.friction;
+        frictions[friction].twist_limit = twist_limit * sim.friction;
         store(&pair);
         if (disturbed) {
             disturb(pair.a, sweep);
@@ -143,10 +153,13 @@ fn sweep_loads(rows: Rows, sweep: u32) -> bool {
     return changed;
 }
 
-// Writes the forces into the contacts, as impulses of a small step.
+// Writes the forces into the contacts of bodies that have come to rest, as impulses of a small step.
 fn hand_over(rows: Rows) {
     for (var p = 0u; p < rows.patches; p++) {
         let i = rows.slots + p;
+        if (is_restless(rows.moving + link_of(patches[i]).bodies, 2u * MAX_LOAD_SWEEPS)) {
+            continue;
+        }
         let friction = frictions[rows.frictions + p];
         let tangential = friction.impulse_u * friction.u + friction.impulse_v * friction.v;
         patches[i].friction = tangential * sim.small_step;
@@ -166,7 +179,7 @@ fn hand_over(rows: Rows) {
 // How many sweeps are within `Sim::loops`. As `gpu::solver::load_sweeps`.
 fn portion(patches: u32) -> u32 {
     let sweep = (1u + 2u * MAX_MANIFOLD_POINTS) * patches + 1u;
-    let around = (1u + MAX_MANIFOLD_POINTS) * patches + batch.bodies + 3u;
+    let around = (2u + MAX_MANIFOLD_POINTS + 2u * MAX_PATCHES) * patches + batch.bodies + 4u;
     return clamp((sim.loops - min(sim.loops, around)) / sweep, 1u, 2u * MAX_LOAD_SWEEPS);
 }
 
@@ -200,6 +213,12 @@ fn main(
                 moving[i].linear = vec3(0.0, sim.gravity, 0.0);
                 moving[i].spin = vec3(0.0);
             }
+        }
+        for (var p = 0u; p < count; p++) {
+            // In the place of effective masses, which are of no use here and are found again by `solve_load`.
+            let give = give_of(rows, p);
+            frictions[rows.frictions + p].mass = give.x;
+            frictions[rows.frictions + p].mass_twist = give.y;
         }
     }
     let most = portion(atomicLoad(&most_patches));

@@ -4,6 +4,7 @@ use super::Test;
 use super::fixture::{Device, SIZES};
 use super::states::{State, TOLERANCE, Tables, beginnings};
 use crate::common::scenario::Scenario;
+use crate::physics::concave::snug_shelf;
 use crate::physics::stacks::{house_of_cards, leaning_book};
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
@@ -18,8 +19,9 @@ pub const TESTS: &[Test] = &[
 /// Every body of a candidate is moved by up to this, m: some contacts open too far to bear anything.
 const SPREAD: f32 = 5e-4;
 
-/// A pile of boards on a light box, with a weight beside its middle; a book on a wall; and a house of cards.
-fn worlds() -> [World; 3] {
+/// A pile of boards on a light box, with a weight beside its middle; a book on a wall; a house of cards; and what is snug
+/// in a shelf, of which loads go round.
+fn worlds() -> [World; 5] {
     let mut pile = Scenario::default();
     pile.cuboid(Vec3::splat(0.1), 0.5, Vec3::Y * 0.1, Quat::IDENTITY);
     for level in 0..6 {
@@ -27,7 +29,8 @@ fn worlds() -> [World; 3] {
         pile.cuboid(Vec3::new(0.2, 0.01, 0.15), 1.0, Vec3::Y * (0.21 + 0.02 * level as f32), turn);
     }
     pile.cuboid(Vec3::splat(0.05), 8.0, Vec3::new(0.03, 0.37, 0.02), Quat::IDENTITY);
-    [pile.world(), leaning_book(60.0).world(), house_of_cards(1).world()]
+    let [alone, on_tray] = [false, true].map(|on_tray| snug_shelf(5e-4, [20.0, 0.5], on_tray).world());
+    [pile.world(), leaning_book(60.0).world(), house_of_cards(1).world(), alone, on_tray]
 }
 
 /// What the kernel makes of contacts that carry nothing yet; compared with what is expected, if anything.

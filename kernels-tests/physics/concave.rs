@@ -1,6 +1,6 @@
 //! Concave compounds hold what is in them.
 
-use super::{both, measured};
+use super::{both, drift, measured, settings};
 use crate::common::hulls::{prism, ring, shifted};
 use crate::common::scenario::{Scenario, box_inertia, run};
 use glam::{Quat, Vec3};
@@ -125,5 +125,38 @@ pub fn a_drawer_holds_its_things(backend: &dyn Backend) {
         stays_inside(backend, "drawer", &s, &settings, |_, p| {
             p.x.abs() < 0.25 && p.z.abs() < 0.2 && p.y > 0.0 - center.y && p.y < 0.25
         });
+    }
+}
+
+/// A cube between the boards of a shelf that stands on the ground, with some room above it, or on a tray in there: each
+/// lies on another, round and round, but nothing bears what the ground bears.
+pub fn snug_shelf(room: f32, masses: [f32; 2], on_tray: bool) -> Scenario {
+    let tray = if on_tray { 0.02 } else { 0.0 };
+    let height = 0.24 + tray + room;
+    let board = Vec3::new(0.4, 0.01, 0.15);
+    let side = Vec3::new(0.01, 0.5 * height, 0.15);
+    let boxes = [
+        (board, Vec3::Y * 0.01),
+        (board, Vec3::Y * (height - 0.01)),
+        (side, Vec3::new(-0.41, side.y, 0.0)),
+        (side, Vec3::new(0.41, side.y, 0.0)),
+    ];
+    let mut s = Scenario::default();
+    s.furniture(&boxes, masses[0], Vec3::ZERO);
+    s.cuboid(Vec3::splat(0.1), masses[1], Vec3::Y * (0.12 + tray), Quat::IDENTITY);
+    if on_tray {
+        s.cuboid(Vec3::new(0.3, 0.01, 0.12), 0.3, Vec3::Y * 0.03, Quat::IDENTITY);
+    }
+    s
+}
+
+pub fn what_is_snug_in_a_shelf_lies_still(backend: &dyn Backend) {
+    for (masses, on_tray) in [([20.0, 0.5], false), ([60.0, 0.2], false), ([5.0, 5.0], false), ([20.0, 0.5], true)] {
+        for room in [0.0, 1e-4, 3e-4, 9e-4, 3e-3] {
+            let found = drift(backend, &snug_shelf(room, masses, on_tray), &settings(120), 60);
+            let what = format!("drift in a shelf of {masses:?} kg with {room} m of room, on a tray: {on_tray}, m");
+            measured(&what, found.moved, 0);
+            assert!(found.moved < 2e-4 && found.turned < 1e-3 && found.speed < 1e-3, "{what}: {found:?}");
+        }
     }
 }

@@ -138,6 +138,7 @@ macro_rules! physics_suite {
                 a_cone_stays_in_its_ring,
                 a_shelf_holds_its_books,
                 a_drawer_holds_its_things,
+                what_is_snug_in_a_shelf_lies_still,
             ]
             determinism: [
                 a_second_run_gives_the_same_bits,

@@ -128,7 +128,7 @@ fn patch_rows(contacts: u32) -> u32 {
     return (contacts + SLOTS_PER_PATCH - 1u) / SLOTS_PER_PATCH;
 }
 
-// How far the solver has come with a candidate's substep.
+// How far the solver has come with a candidate's substep; before the first one, with the sweeps that find its loads.
 struct Cursor {
     // Small steps that are done.
     step: u32,

@@ -55,6 +55,7 @@ impl Stepper {
         }
         // Those that advance together have begun together.
         if candidates.first().is_some_and(|candidate| candidate.begins) {
+            debug_assert!(candidates.iter().all(|candidate| candidate.begins), "some have begun before");
             candidates.iter_mut().for_each(|candidate| candidate.begins = false);
             self.solver.find_loads(&world.bodies, settings, candidates);
             clock.lap(Kernel::Solve);

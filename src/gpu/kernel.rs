@@ -220,7 +220,7 @@ impl<'a> Recorder<'a> {
     /// Runs what is done once, in whatever unit.
     pub(super) fn run_once<'s>(&mut self, steps: impl IntoIterator<Item = &'s Step>) {
         let weight = self.weight;
-        self.weight = weight.min(1);
+        self.weight = 1;
         self.run(steps);
         self.weight = weight;
     }

@@ -7,7 +7,9 @@ use super::device::{Gpu, GpuError};
 use super::kernel::{Recorder, Step};
 use super::kernels::{self, Kernels};
 use super::layout::{Axes, Contact, Cursor, Free, Friction, Gap, Levers, Moving, Normal, Patch, Sim};
-use crate::world::constants::{MAX_LOAD_SWEEPS, MAX_MANIFOLD_POINTS, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS};
+use crate::world::constants::{
+    MAX_LOAD_SWEEPS, MAX_MANIFOLD_POINTS, MAX_PATCHES, MAX_PUSHING_SWEEPS, MAX_RELAXING_SWEEPS,
+};
 
 /// Invocations that share a candidate's patches, as in `solve_load` and `integrate`.
 const PATCH_LANES: u32 = kernels::constants::PATCH_LANES;
@@ -68,7 +70,7 @@ fn load_sweeps(sim: &Sim, bodies: u32, longest: u64) -> u64 {
     let points = MAX_MANIFOLD_POINTS as u64;
     let [loops, patches, bodies] = [sim.loops, patch_rows(sim.contacts), bodies].map(u64::from);
     let sweep = (1 + 2 * points) * patches + 1;
-    let around = (1 + points) * patches + bodies + 3;
+    let around = (2 + points + 2 * MAX_PATCHES as u64) * patches + bodies + 4;
     (loops.saturating_sub(around) / sweep).clamp(1, longest)
 }
 

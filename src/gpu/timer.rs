@@ -14,7 +14,7 @@ use std::cell::RefCell;
 const MARKS: u32 = wgpu::QUERY_SET_MAX_QUERIES;
 
 /// Timestamps set aside for what is not repeated: drawing, ranking and the first loads.
-const SINGLE_MARKS: u32 = 128;
+const SINGLE_MARKS: u32 = 256;
 
 /// Timestamps of one adapter, and what they added up to.
 pub struct Timer {

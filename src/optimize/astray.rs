@@ -4,25 +4,30 @@
 use super::directions::directions;
 use super::run::Run;
 use super::support::Placed;
-use super::tolerances::{FAR, FREE_STEP, FREE_WITHIN, NEARER};
+use super::tolerances::{FAR, FREE_STEP, FREE_WITHIN, MOST_FAR, NEARER};
 use crate::scene::{self, Parent};
 use crate::world::constants::TOUCHING_DEPTH;
 use glam::DVec3;
 
 impl Run<'_> {
+    /// Where an object was set onto its support, moved along with its parent.
+    fn place(&self, object: usize, layout: &[scene::Pose]) -> scene::Pose {
+        let mut pose = self.seated[object];
+        if let Parent::Object(bearer) = self.scene.objects[object].parent {
+            let center = |layout: &[scene::Pose]| self.rigs[bearer].center_of(&layout[bearer]);
+            pose.translation += center(layout) - center(&self.seated);
+        }
+        pose
+    }
+
     /// Where the object overlaps no other but its parent, the nearest to its reconstruction first: its seated pose,
     /// shifted sideways, and moved along with its parent.
     pub(super) fn free_places(&self, object: usize, layout: &[scene::Pose]) -> Vec<scene::Pose> {
         let placed = |object: usize, pose: &scene::Pose| Placed::new(&self.rigs[object], &self.rigs[object].body(pose));
-        let mut pose = self.seated[object];
-        let mut parent = None;
-        if let Parent::Object(bearer) = self.scene.objects[object].parent {
-            let center = |layout: &[scene::Pose]| self.rigs[bearer].center_of(&layout[bearer]);
-            pose.translation += center(layout) - center(&self.seated);
-            parent = Some(bearer);
-        }
+        let pose = self.place(object, layout);
+        let parent = self.scene.objects[object].parent;
         let others: Vec<Placed> = (0..layout.len())
-            .filter(|&other| other != object && Some(other) != parent)
+            .filter(|&other| other != object && parent != Parent::Object(other))
             .map(|other| placed(other, &layout[other]))
             .collect();
         let own = placed(object, &pose);
@@ -32,11 +37,13 @@ impl Run<'_> {
     }
 
     /// The layout with an object that stands farther than `FAR` from where it was set moved sideways, with all that it
-    /// bears, to the nearest place to that without overlap. None if it is not so far, or nearly as near as it can be.
+    /// bears, to the nearest place to that without overlap. None if it is not so far, or out of reach, or nearly as near as it
+    /// can be.
     pub(super) fn nearer(&self, object: usize, layout: &[scene::Pose]) -> Option<Vec<scene::Pose>> {
         let moves = |&object: &usize| !self.scene.is_static(object);
-        let back = (self.seated[object].translation - layout[object].translation).with_y(0.0);
-        if !moves(&object) || back.length() <= FAR {
+        let back = (self.place(object, layout).translation - layout[object].translation).with_y(0.0);
+        let way = back.length();
+        if !moves(&object) || !(FAR..MOST_FAR).contains(&way) {
             return None;
         }
         let unit = self.scene.subtree(object, |child| moves(&child));
@@ -49,7 +56,7 @@ impl Run<'_> {
             let with = |other: &Placed, own: &Placed| own.overlaps(shift.as_vec3(), other, TOUCHING_DEPTH);
             others.iter().any(|other| own.iter().any(|own| with(other, own)))
         };
-        let shift = shifts(NEARER * back.length()).map(|beside| back + beside).find(|&shift| !overlaps(shift))?;
+        let shift = shifts(NEARER * way).map(|beside| back + beside).find(|&shift| !overlaps(shift))?;
         let mut nearer = layout.to_vec();
         unit.iter().for_each(|&member| nearer[member].translation += shift);
         Some(nearer)

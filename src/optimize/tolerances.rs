@@ -39,6 +39,9 @@ pub(super) const FREE_STEP: f64 = 0.01;
 /// What stands farther than this from where it was set onto its support was thrown there, m.
 pub(super) const FAR: f64 = 0.25;
 
+/// What is farther is out of reach, m.
+pub(super) const MOST_FAR: f64 = 10.0;
+
 /// It is brought back if there is a place with at most this share of the way.
 pub(super) const NEARER: f64 = 0.8;
 

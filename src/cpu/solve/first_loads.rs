@@ -2,9 +2,10 @@
 //!
 //! Springs that carry nothing yet let a stack sag until they have learned what lies on them, and what comes back up
 //! gains energy. So the forces that hold everything where it is are found first: each body is held by what it lies on
-//! as if that were fixed, and what this takes weighs on that in turn. Loads only go down, so a few sweeps find them
-//! however high the stack and however heavy what is on top (the order in which E. Guendelman et al., "Nonconvex rigid
-//! bodies with stacking", 2003, propagate shocks, turned round).
+//! as if that were fixed, and what this takes weighs on that in turn. Loads go down, so a few sweeps find them however
+//! high the stack and however heavy what is on top (the order in which E. Guendelman et al., "Nonconvex rigid bodies with
+//! stacking", 2003, propagate shocks, turned round). Where each of two bodies lies on the other, as a book between the
+//! boards of a shelf, both give way; and what more bodies hand round and round is not handed over.
 //!
 //! Here velocities stand for accelerations, m/s², and impulses for forces, N and N m.
 
@@ -12,7 +13,6 @@ use super::Wide;
 use super::lanes::{Mask, Number, Vector, all, at_least, at_most, splat, within};
 use super::rows::{Friction, Normal, Pair, inverse};
 use super::sweep::restless;
-use super::union::WidePatch;
 use super::unsigned;
 use crate::cpu::simulate::Workspace;
 use crate::world::{
@@ -35,12 +35,13 @@ impl<S: Simd> Wide<S> {
         for body in self.bodies.iter_mut().filter(|body| body.inverse_mass > 0.0) {
             (body.linear, body.spin) = (fall, rest);
         }
+        let gives: Vec<Give<S>> = (0..self.union.patches.len()).map(|patch| self.give(patch)).collect();
         let tolerance = LOAD_TOLERANCE * settings.gravity.abs();
         // First without friction, which would hold what still turns while the sweeps go on.
         for rubs in [false, true] {
             self.disturb(everyone);
             for sweep in 0..MAX_LOAD_SWEEPS {
-                self.sweep_loads(settings.friction, tolerance, rubs, sweep % 2 == 1);
+                self.sweep_loads(&gives, settings.friction, tolerance, rubs, sweep % 2 == 1);
                 if self.calm() {
                     break;
                 }
@@ -49,29 +50,44 @@ impl<S: Simd> Wide<S> {
         self.hand_over_loads(settings.small_step(), candidates);
     }
 
+    /// The upper one of a patch's two bodies alone, both where they are side by side or lie on each other.
+    #[inline(always)]
+    fn give(&self, patch: usize) -> Give<S> {
+        let patches = &self.union.patches;
+        let (none, one) = (splat(self.simd, 0.0), splat(self.simd, 1.0));
+        let [mut upwards, mut downwards] = [all(self.simd, false); 2];
+        for other in patches.iter().filter(|other| (other.a, other.b) == (patches[patch].a, patches[patch].b)) {
+            let [_, up, _] = other.normal.components();
+            upwards |= other.present() & up.simd_gt(BEARING_COSINE);
+            downwards |= other.present() & up.simd_lt(-BEARING_COSINE);
+        }
+        let [_, up, _] = patches[patch].normal.components();
+        let [a_bears, b_bears] = [!downwards & up.simd_gt(BEARING_COSINE), !upwards & up.simd_lt(-BEARING_COSINE)];
+        Give([a_bears.select(none, one), b_bears.select(none, one)])
+    }
+
     /// One sweep over all patches, one way or the other. What is found to move by more than `tolerance` makes its
     /// bodies restless.
     #[inline(always)]
-    fn sweep_loads(&mut self, coefficient: f32, tolerance: f32, rubs: bool, backwards: bool) {
+    fn sweep_loads(&mut self, gives: &[Give<S>], coefficient: f32, tolerance: f32, rubs: bool, backwards: bool) {
         let Self { simd, bodies, union, frictions, normals } = self;
         let count = union.patches.len();
         for i in 0..count {
             let i = if backwards { count - 1 - i } else { i };
-            let (patch, friction) = (&union.patches[i], &mut frictions[i]);
+            let (patch, give, friction) = (&union.patches[i], &gives[i], &mut frictions[i]);
             let solved = patch.present() & restless(bodies, patch);
             if solved.all_false() {
                 continue;
             }
-            let give = Give::of(patch);
             let mut pair = Pair::of(bodies, patch.a, patch.b);
             let mut disturbed = all(*simd, false);
             if rubs {
-                disturbed |= friction.hold(&mut pair, &give, solved, tolerance);
+                disturbed |= friction.hold(&mut pair, give, solved, tolerance);
             }
             let points = &mut normals[patch.points()];
             for k in 0..points.len() {
                 let n = &mut points[if backwards { points.len() - 1 - k } else { k }];
-                disturbed |= n.hold(&mut pair, &give, solved, tolerance);
+                disturbed |= n.hold(&mut pair, give, solved, tolerance);
             }
             friction.bound(points, coefficient);
             pair.store(bodies, patch.a, patch.b);
@@ -84,14 +100,15 @@ impl<S: Simd> Wide<S> {
         }
     }
 
-    /// Writes the forces into the contacts, as impulses of a small step of `h`.
+    /// Writes the forces into the contacts of bodies that have come to rest, as impulses of a small step of `h`.
     #[inline(always)]
     fn hand_over_loads(&self, h: f32, candidates: &mut [Workspace]) {
         for (friction, wide) in self.frictions.iter().zip(&self.union.patches) {
             let [u, v, twist] = friction.impulse;
             let tangential = friction.tangents[0].axis * u + friction.tangents[1].axis * v;
             let normals = &self.normals[wide.points()];
-            for (lane, own, turns) in wide.owners() {
+            let unsettled = restless(&self.bodies, wide).to_bitmask();
+            for (lane, own, turns) in wide.owners().filter(|(lane, ..)| unsettled >> lane & 1 == 0) {
                 let contacts = &mut candidates[lane].contacts;
                 let patch = &mut contacts.patches[own];
                 patch.friction = unsigned(tangential.lane(lane) * h);
@@ -108,14 +125,6 @@ impl<S: Simd> Wide<S> {
 }
 
 impl<S: Simd> Give<S> {
-    /// The upper one of two bodies alone, both where they are side by side.
-    #[inline(always)]
-    fn of(patch: &WidePatch<S>) -> Self {
-        let [_, up, _] = patch.normal.components();
-        let (none, one) = (splat(up.token(), 0.0), splat(up.token(), 1.0));
-        Self([up.simd_gt(BEARING_COSINE).select(none, one), up.simd_lt(-BEARING_COSINE).select(none, one)])
-    }
-
     /// What the bodies' shares add up to.
     #[inline(always)]
     fn sum(&self, [a, b]: [Number<S>; 2]) -> Number<S> {

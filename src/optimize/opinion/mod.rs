@@ -121,9 +121,10 @@ impl<'a> Opinions<'a> {
         flow(&self.stop)
     }
 
-    /// What the rounds start from: the layout with some room, and what was thrown far brought back; or as everything comes to rest where it was set onto its
+    /// What the rounds start from: the layout with some room; or as everything comes to rest where it was set onto its
     /// support before the search, which may have pushed something off that stood there; or with what rolls or has
-    /// fallen set down anew; or a mixture of these. Then each of that is set down anew for as long as it gains anything.
+    /// fallen set down anew; or a mixture of these. What was thrown far is then brought back, and each of what rolls or
+    /// has fallen is set down anew for as long as it gains anything.
     fn start(&self, layout: &Layout) -> Result<Trial, BackendError> {
         let found = self.roomy(layout)?;
 
@@ -146,13 +147,15 @@ impl<'a> Opinions<'a> {
         }
     }
 
-    /// The same with what was thrown far nearer to its place, one thing after the other, if that costs less.
+    /// The same with what was thrown far nearer to its place, one thing after the other, if that costs less and no more
+    /// fails.
     fn brought_back(&self, found: Trial) -> Result<Trial, BackendError> {
         let mut best = found;
         for object in 0..best.layout.len() {
             if let Some(nearer) = self.run.nearer(object, &best.layout) {
                 let nearer = self.settled(&self.settling, &[nearer])?.swap_remove(0);
-                best = cheaper(vec![self.roomy(&nearer)?], &best).unwrap_or(best);
+                let back = cheaper(vec![self.roomy(&nearer)?], &best);
+                best = back.filter(|back| back.failing.len() <= best.failing.len()).unwrap_or(best);
             }
         }
         Ok(best)
