@@ -23,7 +23,7 @@ use fearless_simd::prelude::*;
 use glam::Vec3;
 
 /// How much the bodies of a patch give way: nought where a body bears the other, one elsewhere.
-struct Give<S: Simd>([Number<S>; 2]);
+pub struct Give<S: Simd>([Number<S>; 2]);
 
 impl<S: Simd> Wide<S> {
     /// Gives the contacts of these candidates, which have none yet, their loads.
@@ -35,13 +35,16 @@ impl<S: Simd> Wide<S> {
         for body in self.bodies.iter_mut().filter(|body| body.inverse_mass > 0.0) {
             (body.linear, body.spin) = (fall, rest);
         }
-        let gives: Vec<Give<S>> = (0..self.union.patches.len()).map(|patch| self.give(patch)).collect();
+        self.gives.clear();
+        for patch in 0..self.union.patches.len() {
+            self.gives.push(self.give(patch));
+        }
         let tolerance = LOAD_TOLERANCE * settings.gravity.abs();
         // First without friction, which would hold what still turns while the sweeps go on.
         for rubs in [false, true] {
             self.disturb(everyone);
             for sweep in 0..MAX_LOAD_SWEEPS {
-                self.sweep_loads(&gives, settings.friction, tolerance, rubs, sweep % 2 == 1);
+                self.sweep_loads(settings.friction, tolerance, rubs, sweep % 2 == 1);
                 if self.calm() {
                     break;
                 }
@@ -69,8 +72,8 @@ impl<S: Simd> Wide<S> {
     /// One sweep over all patches, one way or the other. What is found to move by more than `tolerance` makes its
     /// bodies restless.
     #[inline(always)]
-    fn sweep_loads(&mut self, gives: &[Give<S>], coefficient: f32, tolerance: f32, rubs: bool, backwards: bool) {
-        let Self { simd, bodies, union, frictions, normals } = self;
+    fn sweep_loads(&mut self, coefficient: f32, tolerance: f32, rubs: bool, backwards: bool) {
+        let Self { simd, bodies, union, frictions, normals, gives } = self;
         let count = union.patches.len();
         for i in 0..count {
             let i = if backwards { count - 1 - i } else { i };

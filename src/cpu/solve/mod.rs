@@ -32,6 +32,7 @@ use crate::world::{
     },
 };
 use fearless_simd::{Level, dispatch, prelude::*};
+use first_loads::Give;
 use glam::Vec3;
 use lanes::{Number, at_most, splat};
 use rows::{Friction, Moving, Normal};
@@ -68,7 +69,14 @@ fn lanes_of<S: Simd>(_: S) -> usize {
 }
 
 fn boxed<S: Simd>(simd: S) -> Box<dyn Substep> {
-    Box::new(Wide { simd, bodies: Vec::new(), union: Union::new(simd), normals: Vec::new(), frictions: Vec::new() })
+    Box::new(Wide {
+        simd,
+        bodies: Vec::new(),
+        union: Union::new(simd),
+        normals: Vec::new(),
+        frictions: Vec::new(),
+        gives: Vec::new(),
+    })
 }
 
 trait Substep: Send + Sync {
@@ -85,6 +93,8 @@ struct Wide<S: Simd> {
     normals: Vec<Normal<S>>,
     /// For every patch of the union.
     frictions: Vec<Friction<S>>,
+    /// The same, while the first loads are found.
+    gives: Vec<Give<S>>,
 }
 
 impl<S: Simd> Substep for Wide<S> {

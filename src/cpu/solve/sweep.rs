@@ -172,7 +172,7 @@ impl<S: Simd> Wide<S> {
         self.simd.vectorize(
             #[inline(always)]
             || {
-                let Self { simd, bodies, union, frictions, normals } = self;
+                let Self { simd, bodies, union, frictions, normals, .. } = self;
                 let count = union.patches.len();
                 for i in 0..count {
                     let i = if backwards { count - 1 - i } else { i };
