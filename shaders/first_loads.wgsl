@@ -21,11 +21,9 @@
 @group(0) @binding(8) var<storage, read_write> patches: array<Patch>;
 @group(0) @binding(9) var<storage, read_write> contacts: array<Contact>;
 
+#import company
 #import excess
 #import pair
-
-// Most patches of the workgroup's candidates, which go through their loops together.
-var<workgroup> most_patches: atomic<u32>;
 
 // The rows of a candidate.
 struct Rows {
@@ -190,19 +188,12 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let candidate = invocation(id, workgroups);
-    let is_spare = candidate >= batch.candidates;
-    let room = patch_rows(sim.contacts);
-    let count = select(min(patch_counts[min(candidate, batch.candidates - 1u)], room), 0u, is_spare);
-    if (lane == 0u) {
-        atomicStore(&most_patches, 0u);
-    }
-    workgroupBarrier();
-    atomicMax(&most_patches, count);
-    workgroupBarrier();
-    if (is_spare) {
+    let counts = patches_of(candidate, lane);
+    if (candidate >= batch.candidates) {
         return;
     }
-    let rows = Rows(candidate * (batch.bodies + 1u), candidate * sim.contacts, candidate * room, count);
+    let patches_from = candidate * patch_rows(sim.contacts);
+    let rows = Rows(candidate * (batch.bodies + 1u), candidate * sim.contacts, patches_from, counts.x);
     var sweep = cursors[candidate].sweep;
     if (sweep == 2u * MAX_LOAD_SWEEPS) {
         return;
@@ -214,14 +205,14 @@ fn main(
                 moving[i].spin = vec3(0.0);
             }
         }
-        for (var p = 0u; p < count; p++) {
+        for (var p = 0u; p < rows.patches; p++) {
             // In the place of effective masses, which are of no use here and are found again by `solve_load`.
             let give = give_of(rows, p);
             frictions[rows.frictions + p].mass = give.x;
             frictions[rows.frictions + p].mass_twist = give.y;
         }
     }
-    let most = portion(atomicLoad(&most_patches));
+    let most = portion(counts.y);
     for (var sweeps = 0u; sweeps < most; sweeps++) {
         if (sweep == 2u * MAX_LOAD_SWEEPS) {
             break;

@@ -21,10 +21,8 @@
 @group(0) @binding(10) var<storage, read_write> gaps: array<Gap>;
 @group(0) @binding(11) var<storage, read_write> cursors: array<Cursor>;
 
+#import company
 #import small_steps
-
-// Most patches of the workgroup's candidates, which go through their loops together.
-var<workgroup> most_patches: atomic<u32>;
 
 fn link_at(share: Share, p: u32) -> Link {
     return link_of(patches[share.far_slots + p]);
@@ -59,20 +57,13 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let candidate = invocation(id, workgroups);
-    let is_spare = candidate >= batch.candidates;
-    let room = patch_rows(sim.contacts);
-    let count = select(min(patch_counts[min(candidate, batch.candidates - 1u)], room), 0u, is_spare);
-    if (lane == 0u) {
-        atomicStore(&most_patches, 0u);
-    }
-    workgroupBarrier();
-    atomicMax(&most_patches, count);
-    workgroupBarrier();
-    if (is_spare) {
+    let patches = patches_of(candidate, lane);
+    if (candidate >= batch.candidates) {
         return;
     }
     let bodies = candidate * (batch.bodies + 1u);
     let slots = candidate * sim.contacts;
-    let share = Share(0u, 1u, bodies, bodies, slots, candidate * room, count, vec2(1u));
-    cursors[candidate] = small_steps(share, cursors[candidate], atomicLoad(&most_patches));
+    let rows = candidate * patch_rows(sim.contacts);
+    let share = Share(0u, 1u, bodies, bodies, slots, rows, patches.x, vec2(1u));
+    cursors[candidate] = small_steps(share, cursors[candidate], patches.y);
 }

@@ -2,13 +2,13 @@
 
 use super::Test;
 use super::fixture::{Device, SIZES};
-use super::states::{State, TOLERANCE, Tables, beginnings};
+use super::states::{State, Tables, Uploaded, beginnings};
 use crate::common::scenario::Scenario;
 use crate::physics::concave::snug_shelf;
 use crate::physics::stacks::{house_of_cards, leaning_book};
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
-use rest3d_gpu::gpu::{Batch, Contact, Motion, Patch, Recorder, Sim, Solver, Touching, Way};
+use rest3d_gpu::gpu::{Contact, Patch, Recorder, Sim, Way};
 use rest3d_gpu::world::{SimSettings, World};
 
 pub const TESTS: &[Test] = &[
@@ -40,34 +40,14 @@ fn found(
     before: &Tables,
     after: Option<&Tables>,
 ) -> Result<(Vec<Patch>, Vec<Contact>), Failed> {
-    let candidates = before.counts.len() as u32;
-    let batch = device.input(&[Batch::new(world, candidates)])?;
-    let sim = device.input(&[*parameters])?;
-    let bodies = device.input(&world.bodies)?;
-    let poses = device.input(&before.poses)?;
-    let velocities = device.input(&before.velocities)?;
-    let statuses = device.input(&vec![0u32; before.counts.len()])?;
-    let counts = device.input(&before.counts)?;
-    let patches = device.input(&before.patches)?;
-    let contacts = device.input(&before.contacts)?;
-    let unused = (device.poisoned(1)?, device.poisoned(1)?, device.poisoned(1)?);
-    let motion = Motion { batch: &batch, bodies: &bodies, poses: &poses, velocities: &velocities, statuses: &statuses };
-    let even = Touching { counts: &counts, patches: &patches, contacts: &contacts };
-    let odd = Touching { counts: &unused.0, patches: &unused.1, contacts: &unused.2 };
-    let sizes = [candidates, world.bodies.len() as u32];
-    let way = Way::Candidates;
-    let solver = Solver::new(&device.gpu, device.kernels()?, sizes, (parameters, &sim), way, motion, [even, odd])?;
-    device.poison(&solver.moving);
-    device.poison(&solver.frictions);
-    device.poison(&solver.normals);
+    let uploaded = Uploaded::new(device, (world, parameters, 0, Way::Candidates), before)?;
     let mut recorder = Recorder::new(&device.gpu);
-    recorder.run(solver.load_steps());
+    recorder.run(uploaded.solver.load_steps());
     recorder.submit();
     if let Some(after) = after {
-        device.expect(&format!("patches of {candidates}"), &patches, &after.patches, TOLERANCE)?;
-        device.expect(&format!("contacts of {candidates}"), &contacts, &after.contacts, TOLERANCE)?;
+        uploaded.expect_contacts(device, &format!("of {}", before.counts.len()), after)?;
     }
-    Ok((device.fetch(&patches)?, device.fetch(&contacts)?))
+    Ok((device.fetch(&uploaded.patches)?, device.fetch(&uploaded.contacts)?))
 }
 
 /// Tables of so many candidates before and after.

@@ -2,13 +2,13 @@
 
 use super::Test;
 use super::fixture::{Device, SIZES};
-use super::states::{STATES, State, TOLERANCE, Tables, states, states_after};
+use super::states::{STATES, State, TOLERANCE, Tables, Uploaded, states, states_after};
 use crate::common::hulls::truncated_cube;
 use crate::common::scenario::Scenario;
 use crate::physics::free_motion::hard_heap;
 use glam::{Quat, Vec3};
 use libtest_mimic::Failed;
-use rest3d_gpu::gpu::{Batch, Motion, Recorder, Sim, Solver, Touching, Way, rounds};
+use rest3d_gpu::gpu::{Recorder, Sim, Way, rounds};
 use rest3d_gpu::world::{Pose, SimSettings, Status, World};
 
 pub const TESTS: &[Test] = &[
@@ -61,42 +61,25 @@ pub fn solved(
 /// The same, by those runs of the solver's kernels that `is_run` lets pass.
 fn solved_by(
     device: &Device,
-    (world, parameters, parity, way): (&World, &Sim, usize, Way),
+    how: (&World, &Sim, usize, Way),
     before: &Tables,
     after: Option<&Tables>,
     mut is_run: impl FnMut(&str) -> bool,
 ) -> Result<(Vec<Pose>, Vec<u32>), Failed> {
-    let candidates = before.counts.len() as u32;
-    let batch = device.input(&[Batch::new(world, candidates)])?;
-    let sim = device.input(&[*parameters])?;
-    let bodies = device.input(&world.bodies)?;
-    let poses = device.input(&before.poses)?;
-    let velocities = device.input(&before.velocities)?;
-    let statuses = device.input(&vec![0u32; before.counts.len()])?;
-    let counts = device.input(&before.counts)?;
-    let patches = device.input(&before.patches)?;
-    let contacts = device.input(&before.contacts)?;
-    let unused = (device.poisoned(1)?, device.poisoned(1)?, device.poisoned(1)?);
-    let motion = Motion { batch: &batch, bodies: &bodies, poses: &poses, velocities: &velocities, statuses: &statuses };
-    let used = Touching { counts: &counts, patches: &patches, contacts: &contacts };
-    let idle = Touching { counts: &unused.0, patches: &unused.1, contacts: &unused.2 };
-    let roles = if parity == 0 { [used, idle] } else { [idle, used] };
-    let sizes = [candidates, world.bodies.len() as u32];
-    let solver = Solver::new(&device.gpu, device.kernels()?, sizes, (parameters, &sim), way, motion, roles)?;
-    device.poison(&solver.moving);
-    device.poison(&solver.frictions);
-    device.poison(&solver.normals);
+    let uploaded = Uploaded::new(device, how, before)?;
+    let (_, _, parity, way) = how;
     let mut recorder = Recorder::new(&device.gpu);
-    recorder.run(solver.steps(parity).iter().filter(|step| !SMALL_STEPS.contains(&step.name) || is_run(step.name)));
+    let steps = uploaded.solver.steps(parity).iter();
+    recorder.run(steps.filter(|step| !SMALL_STEPS.contains(&step.name) || is_run(step.name)));
     recorder.submit();
+    let Uploaded { poses, velocities, statuses, .. } = &uploaded;
     if let Some(after) = after {
-        let what = format!("{way:?}, {candidates}, parity {parity}");
-        device.expect(&format!("poses, {what}"), &poses, &after.poses, TOLERANCE)?;
-        device.expect(&format!("velocities, {what}"), &velocities, &after.velocities, TOLERANCE)?;
-        device.expect(&format!("patches, {what}"), &patches, &after.patches, TOLERANCE)?;
-        device.expect(&format!("contacts, {what}"), &contacts, &after.contacts, TOLERANCE)?;
+        let what = format!("{way:?}, {}, parity {parity}", before.counts.len());
+        device.expect(&format!("poses, {what}"), poses, &after.poses, TOLERANCE)?;
+        device.expect(&format!("velocities, {what}"), velocities, &after.velocities, TOLERANCE)?;
+        uploaded.expect_contacts(device, &what, after)?;
     }
-    Ok((device.fetch(&poses)?, device.fetch(&statuses)?))
+    Ok((device.fetch(poses)?, device.fetch(statuses)?))
 }
 
 fn is_its_twin(device: &Device) -> Result<(), Failed> {

@@ -1,12 +1,12 @@
 //! Candidates on the CPU before a substep of the solver and after it, as the device's tables hold them.
 
-use super::fixture::{Value, compare, noise};
+use super::fixture::{Device, Value, compare, noise};
 use bytemuck::Zeroable;
 use glam::Vec3;
 use libtest_mimic::Failed;
 use rest3d_gpu::cpu::contacts::{Contact, Patch};
 use rest3d_gpu::cpu::{Group, Workspace, narrow_phase::Separator};
-use rest3d_gpu::gpu::{Contact as GpuContact, Patch as GpuPatch};
+use rest3d_gpu::gpu::{Batch, Buffer, Contact as GpuContact, Motion, Patch as GpuPatch, Sim, Solver, Touching, Way};
 use rest3d_gpu::world::{Pose, SimSettings, Velocity, World};
 use std::ops::Range;
 
@@ -197,5 +197,52 @@ impl Tables {
             tables.contacts.resize((i + 1) * slots, GpuContact::zeroed());
         }
         tables
+    }
+}
+
+/// The same on the device, with a solver of theirs, all of whose tables are poisoned.
+pub struct Uploaded {
+    pub solver: Solver,
+    pub poses: Buffer<Pose>,
+    pub velocities: Buffer<Velocity>,
+    pub statuses: Buffer<u32>,
+    pub patches: Buffer<GpuPatch>,
+    pub contacts: Buffer<GpuContact>,
+}
+
+impl Uploaded {
+    /// The contacts are those of substeps of the given parity.
+    pub fn new(
+        device: &Device,
+        (world, parameters, parity, way): (&World, &Sim, usize, Way),
+        tables: &Tables,
+    ) -> Result<Self, Failed> {
+        let candidates = tables.counts.len() as u32;
+        let (batch, sim) = (device.input(&[Batch::new(world, candidates)])?, device.input(&[*parameters])?);
+        let bodies = device.input(&world.bodies)?;
+        let poses = device.input(&tables.poses)?;
+        let velocities = device.input(&tables.velocities)?;
+        let statuses = device.input(&vec![0u32; tables.counts.len()])?;
+        let counts = device.input(&tables.counts)?;
+        let patches = device.input(&tables.patches)?;
+        let contacts = device.input(&tables.contacts)?;
+        let unused = (device.poisoned(1)?, device.poisoned(1)?, device.poisoned(1)?);
+        let motion =
+            Motion { batch: &batch, bodies: &bodies, poses: &poses, velocities: &velocities, statuses: &statuses };
+        let used = Touching { counts: &counts, patches: &patches, contacts: &contacts };
+        let idle = Touching { counts: &unused.0, patches: &unused.1, contacts: &unused.2 };
+        let roles = if parity == 0 { [used, idle] } else { [idle, used] };
+        let sizes = [candidates, world.bodies.len() as u32];
+        let solver = Solver::new(&device.gpu, device.kernels()?, sizes, (parameters, &sim), way, motion, roles)?;
+        device.poison(&solver.moving);
+        device.poison(&solver.frictions);
+        device.poison(&solver.normals);
+        Ok(Self { solver, poses, velocities, statuses, patches, contacts })
+    }
+
+    /// Compares the contacts with what they are to be.
+    pub fn expect_contacts(&self, device: &Device, what: &str, after: &Tables) -> Result<(), Failed> {
+        device.expect(&format!("patches, {what}"), &self.patches, &after.patches, TOLERANCE)?;
+        device.expect(&format!("contacts, {what}"), &self.contacts, &after.contacts, TOLERANCE)
     }
 }

@@ -1,5 +1,6 @@
 //! What people pile up stays where it was put.
 
+use super::concave::snug_shelf;
 use super::{both, drift, measured, peak_speed, settings};
 use crate::common::hulls::{cuboid, prism, ring, shifted, truncated_cube};
 use crate::common::scenario::{Scenario, State, any, box_inertia, run};
@@ -88,7 +89,11 @@ pub fn high_piles_bear_from_the_start(backend: &dyn Backend) {
         boards.cuboid(Vec3::new(0.15, 0.0025, 0.1), 0.2, at, Quat::IDENTITY);
     }
     boards.cuboid(Vec3::splat(0.05), 4.0, Vec3::new(0.04, 0.15, 0.0), Quat::IDENTITY);
+    // What is snug in a shelf bears and is borne by it, but what stands on the shelf presses on the ground alone.
+    let mut shelf = snug_shelf(0.0, [1.0, 0.2], false);
+    shelf.cuboid(Vec3::splat(0.1), 20.0, Vec3::Y * 0.34, Quat::IDENTITY);
     let scenes = [
+        ("a full shelf under a weight", shelf, 1e-5, 1e-3),
         ("books", books(0.0), 1e-4, 1e-3),
         ("books with gaps of 0.3 mm", books(3e-4), 2e-3, 5e-3),
         ("boards under a weight", boards, 1e-4, 1e-3),
