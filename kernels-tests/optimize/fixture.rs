@@ -138,7 +138,7 @@ impl Observer for Watch {
                 }
             }
             Event::GroupDone { checkpoint, .. } => self.checkpoints.push(checkpoint.to_json()),
-            Event::Seating | Event::Placing | Event::Settling => {}
+            Event::Seating | Event::Placing | Event::Settling | Event::SettingAnew { .. } => {}
             Event::Parting | Event::Verifying => {}
             Event::Reconsidering { checkpoint, .. } => {
                 self.checkpoints.push(checkpoint.to_json());

@@ -258,6 +258,57 @@ fn what_was_pushed_over_is_set_up_again() {
     assert_eq!(watch.rounds, 0, "it takes none to set it down anew");
 }
 
+/// A block of 1 : 3 that leans by 25° and is set up, because it would fall over, is thrown aside by the search.
+#[test]
+fn what_rolls_and_stands_far_off_is_set_down_anew_in_its_place() {
+    let with = |second_opinion: bool, way: f32| {
+        let mut boxes = Boxes::default();
+        let block = boxes.add("block", GROUND, Vec3::new(0.1, 0.3, 0.1), DVec3::ZERO);
+        boxes.turn(block, 25.0_f64.to_radians(), DVec3::Y * 0.2);
+        let config = Config { seat: true, second_opinion, ..frozen() };
+        let backend = Throws(Fake { slide: Vec3::X * way, ..Default::default() });
+        let outcome = simple(&boxes, &backend, &config);
+        let object = &outcome.objects[block];
+        assert!(object.stable && (object.turned.to_degrees() - 25.0).abs() < 0.5, "{object:?}");
+        shift(&boxes, &outcome, block).with_y(0.0).length()
+    };
+    let placed = with(true, 0.0);
+    assert!((with(false, 0.2) - placed).abs() > 0.15, "thrown");
+    assert!((with(true, 0.2) - placed).abs() < 0.05, "and not left there");
+}
+
+/// The processor, but in searches everything slides as in a fake simulator.
+struct Throws(Fake);
+
+impl Backend for Throws {
+    fn describe(&self) -> String {
+        CpuBackend.describe()
+    }
+
+    fn simulate(
+        &self,
+        world: &World,
+        settings: &SimSettings,
+        starts: &[Pose],
+        on_step: &mut OnStep<'_>,
+    ) -> Result<Vec<Status>, BackendError> {
+        CpuBackend.simulate(world, settings, starts, on_step)
+    }
+
+    fn overlaps(&self, world: &World, settings: &SimSettings, poses: &[Pose]) -> Result<Vec<f32>, BackendError> {
+        CpuBackend.overlaps(world, settings, poses)
+    }
+
+    fn search<'a>(
+        &'a self,
+        world: &'a World,
+        settings: &'a SearchSettings,
+        stream: Stream,
+    ) -> Result<Box<dyn Search + 'a>, BackendError> {
+        self.0.search(world, settings, stream)
+    }
+}
+
 /// The processor, said to simulate one thing at a time.
 struct InTurn;
 

@@ -81,6 +81,9 @@ impl SearchProgress {
                 }
             }
             Event::Settling => self.stage("settling to rest"),
+            Event::SettingAnew { objects } => {
+                self.stage(&format!("setting down anew what rolls, leans or has fallen over: {objects} objects"));
+            }
             Event::Reconsidering { failing, round: [round, most], .. } => {
                 self.stage(&format!(
                     "searching once more, round {round} of {most} at most: {failing} would move with other convex parts, lean or \

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 impl Run<'_> {
     /// Where an object was set onto its support, moved along with its parent.
-    fn place(&self, object: usize, layout: &[scene::Pose]) -> scene::Pose {
+    pub(super) fn place(&self, object: usize, layout: &[scene::Pose]) -> scene::Pose {
         let mut pose = self.seated[object];
         if let Parent::Object(bearer) = self.scene.objects[object].parent {
             let center = |layout: &[scene::Pose]| self.rigs[bearer].center_of(&layout[bearer]);

@@ -41,6 +41,11 @@ pub enum Event<'a> {
     },
     /// The winner settles to rest.
     Settling,
+    /// What rolls, leans or has fallen over is set down anew, one object after the other.
+    SettingAnew {
+        /// How many objects that are.
+        objects: usize,
+    },
     /// What does not stand with other parts or on slopes is searched again.
     Reconsidering {
         /// How many objects that are.

@@ -8,6 +8,7 @@ use super::{
     rig::Rig,
     room::{Form, Placement, Placer, Room, stands},
     seat::{Seat, Unsteady},
+    tolerances::ANOTHER_PLACE,
 };
 use crate::scene::{self, Scene};
 use crate::shape::Shape;
@@ -155,17 +156,36 @@ impl<'a> Run<'a> {
         Seat { scene, rigs, alternatives, backend: *backend, simulation, settings, room, forms, loaded: false }
     }
 
-    /// The layout with an object, and what is on it, set down near where it is, in so many poses of rest near to how it was
-    /// reconstructed at `most`, the best first: on its parent and leaning on what is there.
+    /// The layout with an object, and what is on it, set down in so many poses of rest near to how it was reconstructed at
+    /// `most`, the best first, on its parent and leaning on what is there: near where it was set before the search, or near
+    /// where it is if there is no rest for it.
     pub fn set_down_among_others(
         &self,
         object: usize,
         layout: &[scene::Pose],
         most: usize,
     ) -> Result<Vec<Vec<scene::Pose>>, BackendError> {
+        let center = |pose: &scene::Pose| self.rigs[object].center_of(pose).with_y(0.0);
+        let (here, place) = (layout[object], self.place(object, layout));
+        let mut layouts = Vec::new();
+        if center(&place).distance(center(&here)) > ANOTHER_PLACE {
+            layouts = self.set_down_near(object, &place, layout)?;
+        }
+        if layouts.is_empty() {
+            layouts = self.set_down_near(object, &here, layout)?;
+        }
+        layouts.truncate(most);
+        Ok(layouts)
+    }
+
+    fn set_down_near(
+        &self,
+        object: usize,
+        pose: &scene::Pose,
+        layout: &[scene::Pose],
+    ) -> Result<Vec<Vec<scene::Pose>>, BackendError> {
         let (seat, mut as_input) = (self.seat(&self.room), layout.to_vec());
-        let turned = self.rigs[object].turned(&layout[object], self.input[object].rotation);
-        seat.carry(object, turned, &mut as_input);
+        seat.carry(object, self.rigs[object].turned(pose, self.input[object].rotation), &mut as_input);
         // What lies is lower than it stands.
         seat.settle_height(object, &mut as_input);
         let set_down = |pose| {
@@ -173,7 +193,7 @@ impl<'a> Run<'a> {
             seat.carry(object, pose, &mut layout);
             layout
         };
-        Ok(seat.rests_among_others(object, &as_input)?.into_iter().take(most).map(set_down).collect())
+        Ok(seat.rests_among_others(object, &as_input)?.into_iter().map(set_down).collect())
     }
 
     /// The second mean that the group's search starts from, if it has one.

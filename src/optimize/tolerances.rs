@@ -39,6 +39,10 @@ pub(super) const FREE_STEP: f64 = 0.01;
 /// What stands farther than this from where it was set onto its support was thrown there, m.
 pub(super) const FAR: f64 = 0.25;
 
+/// What has gone aside by more than this from there is also set down anew there, m: nearer places are among those around
+/// it.
+pub(super) const ANOTHER_PLACE: f64 = 0.06;
+
 /// What is farther is out of reach, m.
 pub(super) const MOST_FAR: f64 = 10.0;
 

@@ -13,12 +13,12 @@ use crate::scene::{Parent, Scene};
 use std::sync::Arc;
 
 impl Opinions<'_> {
-    /// The same runs in which only those objects move that what fails in `trial` concerns, V-HACD's for a first look. What
-    /// came of the others in its runs is taken to come of them again.
-    pub(super) fn focused(&self, trial: &Trial) -> Self {
+    /// The same runs in which only those objects move that what is `sought` concerns, V-HACD's for a first look. What came
+    /// of the others in the runs of `trial` is taken to come of them again.
+    pub(super) fn focused(&self, trial: &Trial, sought: &[usize]) -> Self {
         let placed = self.run.rigs.iter().zip(&trial.layout).map(|(rig, pose)| Placed::new(rig, &rig.body(pose)));
         let placed: Vec<Placed> = placed.collect();
-        let moves = concerned(self.run.scene, &trial.failing, |a, b| placed[a].touches(&placed[b]));
+        let moves = concerned(self.run.scene, sought, |a, b| placed[a].touches(&placed[b]));
         let group = self.group.with_moving(&moves);
         let known = trial.released.iter().zip(&moves);
         let models = self.models.iter().map(|model| model.of(&group)).enumerate();

@@ -25,7 +25,7 @@ use crate::scene;
 use crate::world::{BackendError, Flow};
 use runs::{LEVEL_OTHERWISE, Model};
 use std::sync::{Arc, atomic::AtomicBool};
-use tolerances::{FINALISTS, PATIENCE, PATIENCE_WHILE_MISPLACED, ROUNDS, WORTH};
+use tolerances::{FINALISTS, PATIENCE, PATIENCE_WHILE_MISPLACED, ROUNDS, TIMES_ANEW, WORTH};
 use trial::{Release, Trial};
 
 /// Poses of all objects.
@@ -78,7 +78,7 @@ impl<'a> Opinions<'a> {
     ) -> Result<Flow, BackendError> {
         let (mut progress, mut best, mut nothing_to_set_anew) = match state.opinion() {
             Some((progress, layout)) => (progress, self.judge(vec![layout])?.swap_remove(0), false),
-            None => (Progress::default(), self.start(layout)?, true),
+            None => (Progress::default(), self.start(layout, observer)?, true),
         };
         let mut flow = self.flow();
         if flow == Flow::Stop {
@@ -94,14 +94,15 @@ impl<'a> Opinions<'a> {
             }
             if progress.idle == 1 && !nothing_to_set_anew {
                 let cost = best.cost;
-                best = self.one_by_one_anew(best)?;
+                best = self.each_anew(best, 1, observer)?;
                 nothing_to_set_anew = best.cost == cost;
                 if !nothing_to_set_anew {
                     progress = Progress { rounds: progress.rounds + 1, idle: 0 };
                     continue;
                 }
             }
-            let finalists = finalists(self.focused(&best).round(&best, progress.rounds)?, &best, FINALISTS);
+            let finalists =
+                finalists(self.focused(&best, &best.failing).round(&best, progress.rounds)?, &best, FINALISTS);
             let trials = self.judge_copies(self.settled(&self.settling, &finalists)?, &best)?;
             flow = self.flow();
             if flow == Flow::Stop {
@@ -111,6 +112,10 @@ impl<'a> Opinions<'a> {
             if let Some(cheapest) = cheaper(trials, &best) {
                 (best, progress.idle, nothing_to_set_anew) = (cheapest, 0, false);
             }
+        }
+        if flow == Flow::Continue {
+            best = self.far_anew(best, observer)?;
+            flow = self.flow();
         }
         *layout = best.layout;
         Ok(flow)
@@ -125,7 +130,7 @@ impl<'a> Opinions<'a> {
     /// support before the search, which may have pushed something off that stood there; or with what rolls or has
     /// fallen set down anew; or a mixture of these. What was thrown far is then brought back, and each of what rolls or
     /// has fallen is set down anew for as long as it gains anything.
-    fn start(&self, layout: &Layout) -> Result<Trial, BackendError> {
+    fn start(&self, layout: &Layout, observer: &mut dyn Observer) -> Result<Trial, BackendError> {
         let found = self.roomy(layout)?;
 
         if found.failing.is_empty() {
@@ -137,14 +142,8 @@ impl<'a> Opinions<'a> {
             others.extend(rest(&anew)?);
         }
         others.extend(rest(&mixed(&found, &others, &found.failing))?);
-        let mut best = self.brought_back(cheaper(others, &found).unwrap_or(found))?;
-        loop {
-            let cost = best.cost;
-            best = self.one_by_one_anew(best)?;
-            if best.cost == cost {
-                return Ok(best);
-            }
-        }
+        let best = self.brought_back(cheaper(others, &found).unwrap_or(found))?;
+        self.each_anew(best, TIMES_ANEW, observer)
     }
 
     /// The same with what was thrown far nearer to its place, one thing after the other, if that costs less and no more

@@ -1,5 +1,7 @@
 //! What the second opinion looks at, and what a layout costs it: a radian, or 17 cm, is 1.
 
+use crate::optimize::tolerances::FALLEN;
+
 /// Most rounds.
 pub(super) const ROUNDS: u32 = 20;
 
@@ -19,11 +21,17 @@ pub(super) const SPREAD: [f32; 6] = [0.01, 0.0, 0.01, 0.3, 0.3, 0.3];
 /// So many of the cheapest copies and mixtures of a round are looked at as a whole.
 pub(super) const FINALISTS: usize = 8;
 
+/// So often at most what rolls or has fallen is set down anew before the rounds.
+pub(super) const TIMES_ANEW: usize = 5;
+
 /// In so many poses, at most, an object is set down anew …
 pub(super) const POSES: usize = 8;
 
 /// … and so many of the cheapest of these are looked at as a whole.
 pub(super) const FINALISTS_OF_ONE: usize = 2;
+
+/// What rolls and costs more than this though it stands is set down anew once the rounds are over: 8 cm, or 29°.
+pub(super) const FAR_OFF: f64 = 0.5;
 
 /// In a race so many of the cheapest trials lead …
 pub(super) const LEADERS: usize = 8;
@@ -66,6 +74,10 @@ pub(super) const MOVES_OTHERWISE_ON_SLOPE: f64 = 0.25;
 
 /// What it costs that an object has lost its support.
 pub(super) const LOST: f64 = 10.0;
+
+/// What is turned by more than this from its reconstruction counts as fallen over, rad (27°): a little less than for the
+/// report, because who compares two layouts fits them onto each other first.
+pub(super) const NEARLY_FALLEN: f64 = 0.9 * FALLEN;
 
 /// What it costs that one has fallen over.
 pub(super) const FELL: f64 = 5.0;

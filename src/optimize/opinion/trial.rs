@@ -1,6 +1,8 @@
 //! What a layout at rest costs: it is let go in all runs.
 
-use super::tolerances::{CALM, FELL, JAMS, LEADERS, LEADERS_OF_ONE, LEANING, LEVELS_APART, LOST, ON_ANOTHER_LEVEL};
+use super::tolerances::{
+    CALM, FELL, JAMS, LEADERS, LEADERS_OF_ONE, LEANING, LEVELS_APART, LOST, NEARLY_FALLEN, ON_ANOTHER_LEVEL,
+};
 use super::{
     Layout, Opinions,
     runs::{LAPS, Model},
@@ -10,7 +12,7 @@ use crate::optimize::{
     run::Run,
     settle::{flow, settle},
     support,
-    tolerances::{FALLEN, JAMMED},
+    tolerances::JAMMED,
     verify::verify,
 };
 use crate::scene;
@@ -180,7 +182,7 @@ impl Opinions<'_> {
 
     /// True for what has fallen over.
     pub(super) fn fell(&self, object: usize, pose: &scene::Pose) -> bool {
-        angle(pose, &self.run.input[object]) > FALLEN
+        angle(pose, &self.run.input[object]) > NEARLY_FALLEN
     }
 
     /// How far an object is from its reconstruction, as the layout term weighs it.
