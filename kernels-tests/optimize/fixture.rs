@@ -120,6 +120,8 @@ pub struct Watch {
     pub stop_at_round: Option<usize>,
     /// Asks for the end of that round while it goes on, not before it.
     pub within_round: bool,
+    /// Before something is set down anew.
+    pub stop_at_anew: bool,
     pub stop: Arc<AtomicBool>,
 }
 
@@ -138,6 +140,7 @@ impl Observer for Watch {
                 }
             }
             Event::GroupDone { checkpoint, .. } => self.checkpoints.push(checkpoint.to_json()),
+            Event::SettingAnew { .. } if self.stop_at_anew => return Flow::Stop,
             Event::Seating | Event::Placing | Event::Settling | Event::SettingAnew { .. } => {}
             Event::Parting | Event::Verifying => {}
             Event::Reconsidering { checkpoint, .. } => {

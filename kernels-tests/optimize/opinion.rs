@@ -3,7 +3,7 @@
 use crate::fixture::*;
 use glam::{DVec3, Vec3};
 use rest3d_gpu::cpu::CpuBackend;
-use rest3d_gpu::optimize::{Config, run};
+use rest3d_gpu::optimize::{Checkpoint, Config, run};
 use rest3d_gpu::scene::{Parent, Relation};
 use rest3d_gpu::world::{
     Backend, BackendError, OnStep, Pose, Search, SearchSettings, SimSettings, Status, Stream, World,
@@ -261,20 +261,28 @@ fn what_was_pushed_over_is_set_up_again() {
 /// A block of 1 : 3 that leans by 25° and is set up, because it would fall over, is thrown aside by the search.
 #[test]
 fn what_rolls_and_stands_far_off_is_set_down_anew_in_its_place() {
-    let with = |second_opinion: bool, way: f32| {
-        let mut boxes = Boxes::default();
-        let block = boxes.add("block", GROUND, Vec3::new(0.1, 0.3, 0.1), DVec3::ZERO);
-        boxes.turn(block, 25.0_f64.to_radians(), DVec3::Y * 0.2);
+    let mut boxes = Boxes::default();
+    let block = boxes.add("block", GROUND, Vec3::new(0.1, 0.3, 0.1), DVec3::ZERO);
+    boxes.turn(block, 25.0_f64.to_radians(), DVec3::Y * 0.2);
+    let with = |second_opinion, way: f32, resume, watch: &mut Watch| {
         let config = Config { seat: true, second_opinion, ..frozen() };
         let backend = Throws(Fake { slide: Vec3::X * way, ..Default::default() });
-        let outcome = simple(&boxes, &backend, &config);
+        let outcome = go(&boxes, &backend, &config, 1, resume, watch).unwrap();
         let object = &outcome.objects[block];
         assert!(object.stable && (object.turned.to_degrees() - 25.0).abs() < 0.5, "{object:?}");
-        shift(&boxes, &outcome, block).with_y(0.0).length()
+        (shift(&boxes, &outcome, block).with_y(0.0).length(), outcome)
     };
-    let placed = with(true, 0.0);
-    assert!((with(false, 0.2) - placed).abs() > 0.15, "thrown");
-    assert!((with(true, 0.2) - placed).abs() < 0.05, "and not left there");
+    let (placed, _) = with(true, 0.0, None, &mut Watch::default());
+    let (thrown, _) = with(false, 0.2, None, &mut Watch::default());
+    let (back, whole) = with(true, 0.2, None, &mut Watch::default());
+    assert!((thrown - placed).abs() > 0.15 && (back - placed).abs() < 0.05, "{placed}, {thrown}, {back} m");
+    // An observer may end it there, and it may be resumed.
+    let mut watch = Watch { stop_at_anew: true, ..Default::default() };
+    let (left, stopped) = with(true, 0.2, None, &mut watch);
+    assert!(!stopped.finished && (left - thrown).abs() < 0.01, "{left} m");
+    let last = Checkpoint::from_json(watch.checkpoints.last().unwrap()).unwrap();
+    let (_, resumed) = with(true, 0.2, Some(last), &mut Watch::default());
+    assert_eq!(results(resumed), results(whole));
 }
 
 /// The processor, but in searches everything slides as in a fake simulator.

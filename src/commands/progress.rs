@@ -82,7 +82,7 @@ impl SearchProgress {
             }
             Event::Settling => self.stage("settling to rest"),
             Event::SettingAnew { objects } => {
-                self.stage(&format!("setting down anew what rolls, leans or has fallen over: {objects} objects"));
+                self.stage(&format!("setting down anew what rolls or has fallen over: {objects}"));
             }
             Event::Reconsidering { failing, round: [round, most], .. } => {
                 self.stage(&format!(

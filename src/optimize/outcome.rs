@@ -41,7 +41,7 @@ pub enum Event<'a> {
     },
     /// The winner settles to rest.
     Settling,
-    /// What rolls, leans or has fallen over is set down anew, one object after the other.
+    /// What rolls or has fallen over is set down anew, one object after the other.
     SettingAnew {
         /// How many objects that are.
         objects: usize,

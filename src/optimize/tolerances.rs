@@ -7,6 +7,10 @@ use std::ops::Range;
 /// An object turned by more than this from its input has fallen, rad (30°).
 pub const FALLEN: f64 = FRAC_PI_6;
 
+/// What is set down or searched once more is to be turned by less than this, rad (27°): who compares two layouts fits them
+/// onto each other first, and that turns them, too.
+pub(super) const NEARLY_FALLEN: f64 = 0.9 * FALLEN;
+
 /// An object that leans by less (1°) or by more (20°) than this is not taken for an upright one that leans, rad.
 pub(super) const LEAN: Range<f64> = 0.017..0.35;
 
@@ -39,8 +43,7 @@ pub(super) const FREE_STEP: f64 = 0.01;
 /// What stands farther than this from where it was set onto its support was thrown there, m.
 pub(super) const FAR: f64 = 0.25;
 
-/// What has gone aside by more than this from there is also set down anew there, m: nearer places are among those around
-/// it.
+/// What has gone aside by more than this from there is set down anew there, m: nearer places are among those around it.
 pub(super) const ANOTHER_PLACE: f64 = 0.06;
 
 /// What is farther is out of reach, m.

@@ -1,9 +1,10 @@
-//! What rolls or has fallen over, set down anew: where it is, as it was reconstructed, leaning on what is there. A pear
-//! that is let go comes to rest in few poses, and no random turn finds them.
+//! What rolls or has fallen over, set down anew: where it was set before the search, as it was reconstructed, leaning on
+//! what is there. A pear that is let go comes to rest in few poses, and no random turn finds them.
 
 use super::tolerances::{FAR_OFF, FINALISTS_OF_ONE, POSES};
 use super::{Event, Layout, Observer, Opinions, cheaper, finalists, trial::Trial};
 use crate::world::{BackendError, Flow};
+use std::sync::atomic::Ordering;
 
 impl Opinions<'_> {
     /// The layout with all that fails and rolls or has fallen over set down anew, one after the other; none if nothing
@@ -23,45 +24,63 @@ impl Opinions<'_> {
     }
 
     /// The best layout with all that fails and rolls or has fallen over set down anew, over and over at most so many times,
-    /// until none of it finds a better place.
+    /// until none of it finds a better place; and whether that is so.
     pub(super) fn each_anew(
         &self,
         mut best: Trial,
         times: usize,
         observer: &mut dyn Observer,
-    ) -> Result<Trial, BackendError> {
-        let mut in_vain = 0;
+    ) -> Result<(Trial, bool), BackendError> {
+        // What found no better place in the layout as it is now.
+        let mut in_vain: Vec<usize> = Vec::new();
+        let left = |best: &Trial, in_vain: &[usize]| {
+            let left = |object: &usize| !in_vain.contains(object);
+            self.to_set_anew(best).into_iter().filter(left).collect::<Vec<usize>>()
+        };
         for _ in 0..times {
-            let objects = self.to_set_anew(&best);
-            if in_vain >= objects.len() || self.tells(objects.len(), observer) == Flow::Stop {
+            let objects = left(&best, &in_vain);
+            if objects.is_empty() || self.tells(objects.len(), observer) == Flow::Stop {
                 break;
             }
-            for &object in &objects {
-                let better = if in_vain < objects.len() { self.anew(&best, object)? } else { None };
-                in_vain = if better.is_some() { 0 } else { in_vain + 1 };
-                best = better.unwrap_or(best);
+            for object in objects {
+                match self.anew(&best, object)? {
+                    Some(better) => {
+                        best = better;
+                        in_vain.clear();
+                    }
+                    None => in_vain.push(object),
+                }
             }
         }
-        Ok(best)
+        let nothing_left = left(&best, &in_vain).is_empty();
+        Ok((best, nothing_left))
     }
 
-    /// The same once with what rolls and has come to stand far from how it was set onto its support, the farthest first:
-    /// what was in its place may have gone.
+    /// The same once with what rolls and has come to stand far from how it was set onto its support, the farthest first,
+    /// if no more fails then: what was in its place may have gone.
     pub(super) fn far_anew(&self, mut best: Trial, observer: &mut dyn Observer) -> Result<Trial, BackendError> {
-        let cost = |object: &usize| best.costs[*object];
-        let is_far = |object: &usize| !best.failing.contains(object) && cost(object) > FAR_OFF;
-        let mut far: Vec<usize> = self.run.rolling.iter().copied().filter(is_far).collect();
-        far.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
+        let away = |&object: &usize| {
+            let place = self.run.place(object, &best.layout);
+            (object, self.between(object, &best.layout[object], &place))
+        };
+        let mut far: Vec<(usize, f64)> = self.run.rolling.iter().map(away).collect();
+        far.retain(|(object, away)| !best.failing.contains(object) && *away > FAR_OFF);
+        far.sort_by(|a, b| b.1.total_cmp(&a.1));
         if !far.is_empty() && self.tells(far.len(), observer) == Flow::Continue {
-            for object in far {
-                best = self.anew(&best, object)?.unwrap_or(best);
+            for (object, _) in far {
+                let nearer = self.anew(&best, object)?;
+                best = nearer.filter(|nearer| nearer.failing.len() <= best.failing.len()).unwrap_or(best);
             }
         }
         Ok(best)
     }
 
+    /// Tells the observer, who may end the run.
     fn tells(&self, objects: usize, observer: &mut dyn Observer) -> Flow {
-        observer.event(Event::SettingAnew { objects })
+        if observer.event(Event::SettingAnew { objects }) == Flow::Stop {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+        self.flow()
     }
 
     /// The layout with an object set down anew in the pose with which the whole costs least, if it costs less than before.

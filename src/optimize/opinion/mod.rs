@@ -78,7 +78,10 @@ impl<'a> Opinions<'a> {
     ) -> Result<Flow, BackendError> {
         let (mut progress, mut best, mut nothing_to_set_anew) = match state.opinion() {
             Some((progress, layout)) => (progress, self.judge(vec![layout])?.swap_remove(0), false),
-            None => (Progress::default(), self.start(layout, observer)?, true),
+            None => {
+                let (found, nothing_to_set_anew) = self.start(layout, observer)?;
+                (Progress::default(), found, nothing_to_set_anew)
+            }
         };
         let mut flow = self.flow();
         if flow == Flow::Stop {
@@ -94,9 +97,12 @@ impl<'a> Opinions<'a> {
             }
             if progress.idle == 1 && !nothing_to_set_anew {
                 let cost = best.cost;
-                best = self.each_anew(best, 1, observer)?;
-                nothing_to_set_anew = best.cost == cost;
-                if !nothing_to_set_anew {
+                (best, nothing_to_set_anew) = self.each_anew(best, 1, observer)?;
+                flow = self.flow();
+                if flow == Flow::Stop {
+                    break;
+                }
+                if best.cost < cost {
                     progress = Progress { rounds: progress.rounds + 1, idle: 0 };
                     continue;
                 }
@@ -129,12 +135,12 @@ impl<'a> Opinions<'a> {
     /// What the rounds start from: the layout with some room; or as everything comes to rest where it was set onto its
     /// support before the search, which may have pushed something off that stood there; or with what rolls or has
     /// fallen set down anew; or a mixture of these. What was thrown far is then brought back, and each of what rolls or
-    /// has fallen is set down anew for as long as it gains anything.
-    fn start(&self, layout: &Layout, observer: &mut dyn Observer) -> Result<Trial, BackendError> {
+    /// has fallen is set down anew, some times at most. And whether nothing more would come of that.
+    fn start(&self, layout: &Layout, observer: &mut dyn Observer) -> Result<(Trial, bool), BackendError> {
         let found = self.roomy(layout)?;
 
         if found.failing.is_empty() {
-            return self.brought_back(found);
+            return Ok((self.brought_back(found)?, true));
         }
         let rest = |layout: &Layout| self.judge(self.settled(&self.settling, std::slice::from_ref(layout))?);
         let mut others = rest(&self.run.seated)?;

@@ -1,7 +1,5 @@
 //! What the second opinion looks at, and what a layout costs it: a radian, or 17 cm, is 1.
 
-use crate::optimize::tolerances::FALLEN;
-
 /// Most rounds.
 pub(super) const ROUNDS: u32 = 20;
 
@@ -30,7 +28,8 @@ pub(super) const POSES: usize = 8;
 /// … and so many of the cheapest of these are looked at as a whole.
 pub(super) const FINALISTS_OF_ONE: usize = 2;
 
-/// What rolls and costs more than this though it stands is set down anew once the rounds are over: 8 cm, or 29°.
+/// What rolls and stands farther than this from how it was set onto its support is set down anew once the rounds are over:
+/// 8 cm, or 29°.
 pub(super) const FAR_OFF: f64 = 0.5;
 
 /// In a race so many of the cheapest trials lead …
@@ -74,10 +73,6 @@ pub(super) const MOVES_OTHERWISE_ON_SLOPE: f64 = 0.25;
 
 /// What it costs that an object has lost its support.
 pub(super) const LOST: f64 = 10.0;
-
-/// What is turned by more than this from its reconstruction counts as fallen over, rad (27°): a little less than for the
-/// report, because who compares two layouts fits them onto each other first.
-pub(super) const NEARLY_FALLEN: f64 = 0.9 * FALLEN;
 
 /// What it costs that one has fallen over.
 pub(super) const FELL: f64 = 5.0;

@@ -1,8 +1,6 @@
 //! What a layout at rest costs: it is let go in all runs.
 
-use super::tolerances::{
-    CALM, FELL, JAMS, LEADERS, LEADERS_OF_ONE, LEANING, LEVELS_APART, LOST, NEARLY_FALLEN, ON_ANOTHER_LEVEL,
-};
+use super::tolerances::{CALM, FELL, JAMS, LEADERS, LEADERS_OF_ONE, LEANING, LEVELS_APART, LOST, ON_ANOTHER_LEVEL};
 use super::{
     Layout, Opinions,
     runs::{LAPS, Model},
@@ -12,7 +10,7 @@ use crate::optimize::{
     run::Run,
     settle::{flow, settle},
     support,
-    tolerances::JAMMED,
+    tolerances::{JAMMED, NEARLY_FALLEN},
     verify::verify,
 };
 use crate::scene;
@@ -187,9 +185,13 @@ impl Opinions<'_> {
 
     /// How far an object is from its reconstruction, as the layout term weighs it.
     fn distance(&self, object: usize, pose: &scene::Pose) -> f64 {
-        let (rig, seated) = (&self.run.rigs[object], &self.run.seated[object]);
-        let way = rig.center_of(pose).distance(rig.center_of(seated));
-        self.weighed(way, pose.rotation.angle_between(seated.rotation))
+        self.between(object, pose, &self.run.seated[object])
+    }
+
+    /// How far two poses of an object are from each other, as the layout term weighs it.
+    pub(super) fn between(&self, object: usize, a: &scene::Pose, b: &scene::Pose) -> f64 {
+        let rig = &self.run.rigs[object];
+        self.weighed(rig.center_of(a).distance(rig.center_of(b)), a.rotation.angle_between(b.rotation))
     }
 
     /// A way (m) and an angle (rad) in one number.

@@ -7,7 +7,7 @@ use super::tolerances::{
     UNSTEADY, WAY,
 };
 use super::{Rest, Seat, height::Solid};
-use crate::optimize::{directions::directions, posture::angle, support::Placed, tolerances::FALLEN};
+use crate::optimize::{directions::directions, posture::angle, support::Placed, tolerances::NEARLY_FALLEN};
 use crate::scene;
 use crate::world::BackendError;
 use glam::{DQuat, DVec3, Vec3};
@@ -17,7 +17,7 @@ use std::iter::once;
 impl Seat<'_> {
     /// Turns an object, with everything on it, to the pose of rest on its parent that is near to its own and that it
     /// keeps with all decompositions. Left as it was if that takes it farther than the `fall` that it would take
-    /// otherwise, rad, or if it would have fallen over.
+    /// otherwise, rad, or if it would nearly have fallen over.
     pub(super) fn set_at_rest(&self, object: usize, fall: f32, layout: &mut [scene::Pose]) -> Result<(), BackendError> {
         let (here, bearer) = (layout[object], self.bearer(object, layout));
         let tilts = || TILTS.iter().flat_map(|&tilt| directions().map(move |axis| axis * tilt));
@@ -70,7 +70,7 @@ impl Seat<'_> {
         let way = |pose: &scene::Pose| self.rigs[object].center_of(pose) - self.rigs[object].center_of(&was);
         let far = |pose: &scene::Pose| angle(pose, &was) + WAY * way(pose).with_y(0.0).length();
         let within = |pose: &scene::Pose, limit: f64| {
-            angle(pose, &was) < limit * FALLEN
+            angle(pose, &was) < limit * NEARLY_FALLEN
                 && way(pose).with_y(0.0).length() < limit * ROLL_WITHIN
                 && way(pose).y.abs() < limit * f64::from(MAX_SLIDE)
         };
