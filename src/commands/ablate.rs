@@ -6,14 +6,13 @@ use clap::ValueEnum;
 use indicatif::ProgressBar;
 use rest3d_gpu::ablate::{self, Ended, Row, Run, Stage, Store, Subject, Table};
 use rest3d_gpu::canonicalize::canonicalize;
-use rest3d_gpu::optimize::{Config, Event, Observer};
+use rest3d_gpu::optimize::Config;
 use rest3d_gpu::report::{Ablation, AblationRow, AblationTable};
 use rest3d_gpu::scene::Scene;
-use rest3d_gpu::world::{Backend, Flow};
+use rest3d_gpu::world::Backend;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// Rerun the paper's ablation tables
@@ -182,27 +181,28 @@ impl Bench<'_> {
         say(format_args!("runs: {} to do, {} done before", open.len(), finished.len()));
         let stop = interrupt::watch()?;
         let count = open.len();
-        let watch = Watch { bar: progress::bar(count as u64, progress::SHORT), stop: &stop };
+        let bar = progress::bar(count as u64, progress::SHORT);
+        let mut watch = interrupt::Watch::new(&stop, |_| ());
         let clock = Instant::now();
         for (done, (identity, subject, row)) in open.into_iter().enumerate() {
-            watch.bar.set_position(done as u64);
+            bar.set_position(done as u64);
             let heading = format!("{}/{count} {}, {}", done + 1, subject.name, row.label);
-            watch.bar.set_message(heading.clone());
-            let ended = ablate::run(subject, row.variant, self.config, self.seed, self.backend, &mut Stop(watch.stop))?;
+            bar.set_message(heading.clone());
+            let ended = ablate::run(subject, row.variant, self.config, self.seed, self.backend, &mut watch)?;
             let Some((ended, seconds)) = ended.filter(|_| !stop.load(Ordering::Relaxed)) else {
-                watch.bar.finish_and_clear();
+                bar.finish_and_clear();
                 return Err(Failure::Other(format!(
                     "stopped: {} runs are kept; the same command goes on from there",
                     finished.len()
                 )));
             };
             let left = clock.elapsed().mul_f64((count - done - 1) as f64 / (done + 1) as f64);
-            watch.told(&heading, &ended, seconds, left);
+            tell(&bar, &heading, &ended, seconds, left);
             let run = Run { scene: subject.name.clone(), variant: row.label.into(), seconds, ended };
             store.keep(&identity, &run).map_err(|error| Failure::writing(&store.path(&identity), error))?;
             finished.insert(identity, run);
         }
-        watch.bar.finish_and_clear();
+        bar.finish_and_clear();
         Ok(finished)
     }
 
@@ -215,34 +215,15 @@ impl Bench<'_> {
     }
 }
 
-struct Watch<'a> {
-    bar: ProgressBar,
-    stop: &'a Arc<AtomicBool>,
-}
-
-impl Watch<'_> {
-    fn told(&self, heading: &str, ended: &Ended, seconds: f64, left: Duration) {
-        let ended = match ended {
-            Ended::Result(measured) => {
-                format!("stable {:.0} %, drift {:.1} mm", measured.stable_rate_pct, 1e3 * measured.drift_m)
-            }
-            Ended::Failure(why) => format!("failed: {why}"),
-        };
-        let left = left.as_secs();
-        let line = format!("{heading}: {ended}; {seconds:.1} s, about {}:{:02} left", left / 60, left % 60);
-        self.bar.suspend(|| say(format_args!("{line}")));
-    }
-}
-
-/// Passes Ctrl-C on to a search.
-struct Stop<'a>(&'a Arc<AtomicBool>);
-
-impl Observer for Stop<'_> {
-    fn event(&mut self, _: Event<'_>) -> Flow {
-        if self.0.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
-    }
-
-    fn stop(&self) -> Arc<AtomicBool> {
-        Arc::clone(self.0)
-    }
+/// A line about a run that has ended, above the bar if there is one.
+fn tell(bar: &ProgressBar, heading: &str, ended: &Ended, seconds: f64, left: Duration) {
+    let ended = match ended {
+        Ended::Result(measured) => {
+            format!("stable {:.0} %, drift {:.1} mm", measured.stable_rate_pct, 1e3 * measured.drift_m)
+        }
+        Ended::Failure(why) => format!("failed: {why}"),
+    };
+    let left = left.as_secs();
+    let line = format!("{heading}: {ended}; {seconds:.1} s, about {}:{:02} left", left / 60, left % 60);
+    bar.suspend(|| say(format_args!("{line}")));
 }

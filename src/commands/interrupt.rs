@@ -1,6 +1,8 @@
 //! Ctrl-C and SIGTERM: the first asks for a clean end, a later one ends at once.
 
 use super::{Failure, say};
+use rest3d_gpu::optimize::{Event, Observer};
+use rest3d_gpu::world::Flow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -24,4 +26,28 @@ pub fn watch() -> Result<Arc<AtomicBool>, Failure> {
     })
     .map_err(|error| Failure::Other(format!("Ctrl-C cannot be watched: {error}")))?;
     Ok(stop)
+}
+
+/// Passes the flag on to a search, and the search's events to `show`.
+pub struct Watch<'a, F> {
+    stop: &'a Arc<AtomicBool>,
+    show: F,
+}
+
+impl<'a, F: FnMut(&Event<'_>)> Watch<'a, F> {
+    /// Of the flag of [`watch`].
+    pub fn new(stop: &'a Arc<AtomicBool>, show: F) -> Self {
+        Self { stop, show }
+    }
+}
+
+impl<F: FnMut(&Event<'_>)> Observer for Watch<'_, F> {
+    fn event(&mut self, event: Event<'_>) -> Flow {
+        (self.show)(&event);
+        if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
+    }
+
+    fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(self.stop)
+    }
 }

@@ -5,16 +5,13 @@ use super::progress::SearchProgress;
 use super::{Failure, canonicalize, config, interrupt, output, pictures, print_result, say, scenes, shapes};
 use rest3d_gpu::canonicalize::Canonicalization;
 use rest3d_gpu::files::write_whole;
-use rest3d_gpu::optimize::{self, Checkpoint, Event, Observer, OptimizeError, Outcome};
+use rest3d_gpu::optimize::{self, Checkpoint, OptimizeError, Outcome};
 use rest3d_gpu::report::{Report, Run, energy_csv, html, part_files};
 use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::Shape;
-use rest3d_gpu::world::Flow;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// What a run leaves beside the parts, as far as it could be made.
@@ -79,10 +76,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let shape_seconds = clock.elapsed().as_secs_f64();
 
     let stop = interrupt::watch()?;
-    let mut watch = Watch { progress: SearchProgress::new(), stop: &stop, checkpoint: &checkpoint };
+    let mut progress = SearchProgress::new();
+    let mut watch = interrupt::Watch::new(&stop, |event| {
+        progress.show(event);
+        if let Some(state) = event.checkpoint() {
+            write_checkpoint(&checkpoint, state, &progress);
+        }
+    });
     let mut next = |failure: &_| spares.next(failure);
     let outcome = optimize::run_on(&scene, &shapes, backend, &mut next, &config, args.seed, resume, &mut watch);
-    watch.progress.finish();
+    progress.finish();
     let (outcome, backend) = outcome.map_err(|error| match error {
         OptimizeError::Checkpoint(_) => Failure::Input(format!("{}: {error}", checkpoint.display())),
         error => error.into(),
@@ -181,6 +184,13 @@ fn read_checkpoint(path: &Path) -> Result<Option<Checkpoint>, Failure> {
     }
 }
 
+/// A checkpoint that cannot be written costs the run nothing.
+fn write_checkpoint(path: &Path, checkpoint: &Checkpoint, progress: &SearchProgress) {
+    if let Err(error) = write_whole(path, checkpoint.to_json().as_bytes()) {
+        progress.line(&format!("warning: {}: cannot be written: {error}; --resume will not find it", path.display()));
+    }
+}
+
 /// A checkpoint that stays does no harm: another run refuses it.
 fn remove_checkpoint(path: &Path) {
     match fs::remove_file(path) {
@@ -188,31 +198,5 @@ fn remove_checkpoint(path: &Path) {
             say(format_args!("warning: {}: cannot be removed: {error}", path.display()));
         }
         _ => {}
-    }
-}
-
-/// Shows progress, writes checkpoints, and passes Ctrl-C on.
-struct Watch<'a> {
-    progress: SearchProgress,
-    stop: &'a Arc<AtomicBool>,
-    checkpoint: &'a Path,
-}
-
-impl Observer for Watch<'_> {
-    fn event(&mut self, event: Event<'_>) -> Flow {
-        self.progress.show(&event);
-        if let Some(checkpoint) = event.checkpoint()
-            && let Err(error) = write_whole(self.checkpoint, checkpoint.to_json().as_bytes())
-        {
-            self.progress.line(&format!(
-                "warning: {}: cannot be written: {error}; --resume will not find it",
-                self.checkpoint.display()
-            ));
-        }
-        if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
-    }
-
-    fn stop(&self) -> Arc<AtomicBool> {
-        Arc::clone(self.stop)
     }
 }

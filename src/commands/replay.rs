@@ -3,16 +3,14 @@
 use super::progress::SearchProgress;
 use super::simulate::Motion;
 use super::{Failure, interrupt, say};
-use rest3d_gpu::optimize::{self, Candidate, Config, Event, Observer, Rig};
+use rest3d_gpu::optimize::{self, Candidate, Config, Rig};
 use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::Shape;
-use rest3d_gpu::world::{Backend, Flow, IterationStats};
+use rest3d_gpu::world::{Backend, IterationStats};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is read of report.json.
 #[derive(Deserialize)]
@@ -85,9 +83,10 @@ pub fn motion(
     Finished { file, report }: &Finished,
 ) -> Result<Motion, Failure> {
     let stop = interrupt::watch()?;
-    let mut watch = Watch { progress: SearchProgress::new(), stop: &stop };
+    let mut progress = SearchProgress::new();
+    let mut watch = interrupt::Watch::new(&stop, |event| progress.show(event));
     let found = optimize::replay(scene, shapes, backend, &report.config, report.seed, candidate, &mut watch);
-    watch.progress.finish();
+    progress.finish();
     let found = found?;
     if !same(&report.iterations, candidate, &found.stats) {
         say(format_args!(
@@ -115,21 +114,4 @@ fn same(iterations: &[Iteration], candidate: Candidate, stats: &IterationStats) 
     let there =
         iterations.iter().find(|there| (there.group, there.iteration) == (candidate.stage, candidate.iteration));
     there.is_some_and(|there| there.iteration_best.unwrap_or(f32::INFINITY) == stats.iteration_best)
-}
-
-/// Shows progress and passes Ctrl-C on.
-struct Watch<'a> {
-    progress: SearchProgress,
-    stop: &'a Arc<AtomicBool>,
-}
-
-impl Observer for Watch<'_> {
-    fn event(&mut self, event: Event<'_>) -> Flow {
-        self.progress.show(&event);
-        if self.stop.load(Ordering::Relaxed) { Flow::Stop } else { Flow::Continue }
-    }
-
-    fn stop(&self) -> Arc<AtomicBool> {
-        Arc::clone(self.stop)
-    }
 }
