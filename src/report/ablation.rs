@@ -1,6 +1,7 @@
 //! The ablation tables: ours beside the paper's, for people and for programs.
 
 use super::aligned;
+use super::table::{self, column};
 use crate::ablate::{Ended, Measured, Paper, Row, Run, Table};
 use crate::metrics::{mean, percent};
 use serde::Serialize;
@@ -40,50 +41,29 @@ pub struct AblationRow {
     runs: Vec<Run>,
 }
 
-/// A metric: its key, its heading, and what makes its value readable.
-struct Column {
-    key: &'static str,
-    heading: &'static str,
-    scale: f64,
-    decimals: usize,
-    ours: fn(&Measured) -> Option<f64>,
-    paper: fn(&Paper) -> Option<f64>,
-}
+/// A metric of a run of ours and of a row of the paper, if they have it.
+type Column = table::Column<(fn(&Measured) -> Option<f64>, fn(&Paper) -> Option<f64>)>;
 
 /// The only column that is not a mean over results.
 const FAILURES: &str = "failure_rate_pct";
 
 /// In the order of the paper's tables; collisions deeper than 1 mm and the last two are ours alone.
 const COLUMNS: [Column; 11] = [
-    column(FAILURES, "fail %", 1.0, 0, |_| None, |p| p.failure_rate_pct),
-    column("collision_rate_pct", "coll. %", 1.0, 1, |m| Some(m.collision_rate_pct), |p| p.collision_rate_pct),
-    column("collision_rate_1mm_pct", "> 1 mm %", 1.0, 1, |m| Some(m.collision_rate_1mm_pct), |_| None),
-    column("stable_rate_pct", "stable %", 1.0, 1, |m| Some(m.stable_rate_pct), |p| Some(p.stable_rate_pct)),
-    column("drift_m", "drift mm", 1e3, 1, |m| Some(m.drift_m), |p| Some(p.drift_m)),
-    column("linear_mps", "m/s", 1.0, 3, |m| Some(m.linear_mps), |p| Some(p.linear_mps)),
-    column("angular_radps", "rad/s", 1.0, 3, |m| Some(m.angular_radps), |p| Some(p.angular_radps)),
-    column("chamfer_m", "CD mm", 1e3, 1, |m| m.chamfer_m, |p| p.chamfer_m),
-    column("f_score", "F", 1.0, 3, |m| m.f_score, |p| p.f_score),
-    column("moved_m", "moved mm", 1e3, 1, |m| m.moved_m, |_| None),
-    column("fallen", "fallen", 1.0, 1, |m| m.fallen.map(|fallen| fallen as f64), |_| None),
+    column(FAILURES, "fail %", 1.0, 0, (|_| None, |p| p.failure_rate_pct)),
+    column("collision_rate_pct", "coll. %", 1.0, 1, (|m| Some(m.collision_rate_pct), |p| p.collision_rate_pct)),
+    column("collision_rate_1mm_pct", "> 1 mm %", 1.0, 1, (|m| Some(m.collision_rate_1mm_pct), |_| None)),
+    column("stable_rate_pct", "stable %", 1.0, 1, (|m| Some(m.stable_rate_pct), |p| Some(p.stable_rate_pct))),
+    column("drift_m", "drift mm", 1e3, 1, (|m| Some(m.drift_m), |p| Some(p.drift_m))),
+    column("linear_mps", "m/s", 1.0, 3, (|m| Some(m.linear_mps), |p| Some(p.linear_mps))),
+    column("angular_radps", "rad/s", 1.0, 3, (|m| Some(m.angular_radps), |p| Some(p.angular_radps))),
+    column("chamfer_m", "CD mm", 1e3, 1, (|m| m.chamfer_m, |p| p.chamfer_m)),
+    column("f_score", "F", 1.0, 3, (|m| m.f_score, |p| p.f_score)),
+    column("moved_m", "moved mm", 1e3, 1, (|m| m.moved_m, |_| None)),
+    column("fallen", "fallen", 1.0, 1, (|m| m.fallen.map(|fallen| fallen as f64), |_| None)),
 ];
 
-const fn column(
-    key: &'static str,
-    heading: &'static str,
-    scale: f64,
-    decimals: usize,
-    ours: fn(&Measured) -> Option<f64>,
-    paper: fn(&Paper) -> Option<f64>,
-) -> Column {
-    Column { key, heading, scale, decimals, ours, paper }
-}
-
-impl Column {
-    fn text(&self, values: &Map<String, Value>) -> String {
-        let value = values.get(self.key).and_then(Value::as_f64);
-        value.map_or("–".into(), |value| format!("{:.*}", self.decimals, self.scale * value))
-    }
+fn text(column: &Column, values: &Map<String, Value>) -> String {
+    column.text(values.get(column.key).and_then(Value::as_f64))
 }
 
 impl AblationRow {
@@ -93,13 +73,13 @@ impl AblationRow {
         let mut ours = Map::new();
         ours.insert(FAILURES.into(), percent(runs.len() - results.len(), runs.len()).into());
         for column in &COLUMNS {
-            let values: Vec<f64> = results.iter().filter_map(|measured| (column.ours)(measured)).collect();
+            let values: Vec<f64> = results.iter().filter_map(|measured| (column.value.0)(measured)).collect();
             if !values.is_empty() {
                 ours.insert(column.key.into(), mean(values.into_iter()).into());
             }
         }
         let paper =
-            COLUMNS.iter().filter_map(|column| Some((column.key.to_owned(), (column.paper)(&row.paper)?.into())));
+            COLUMNS.iter().filter_map(|column| Some((column.key.to_owned(), (column.value.1)(&row.paper)?.into())));
         Self { label: row.label, ours, paper: paper.collect(), runs }
     }
 }
@@ -128,8 +108,8 @@ impl AblationTable {
         };
         let rows = self.rows.iter().flat_map(|row| {
             [
-                line([row.label, "ours"], &|column| column.text(&row.ours)),
-                line(["", "paper"], &|column| column.text(&row.paper)),
+                line([row.label, "ours"], &|column| text(column, &row.ours)),
+                line(["", "paper"], &|column| text(column, &row.paper)),
             ]
         });
         [line(["", ""], &|column| column.heading.into())].into_iter().chain(rows).collect()

@@ -1,6 +1,7 @@
 //! The metrics of a scene, and of many.
 
 use super::aligned;
+use super::table::{self, column};
 use crate::metrics::{Collision, Detection, Geometry, Layout, Stability, TOUCHING, mean, percent};
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -52,24 +53,8 @@ pub struct Spread {
     pub scenes: usize,
 }
 
-/// A metric: its key, its heading with a unit for people, and what makes its value readable.
-struct Column {
-    key: &'static str,
-    heading: &'static str,
-    scale: f64,
-    decimals: usize,
-    value: fn(&Metrics) -> Option<f64>,
-}
-
-const fn column(
-    key: &'static str,
-    heading: &'static str,
-    scale: f64,
-    decimals: usize,
-    value: fn(&Metrics) -> Option<f64>,
-) -> Column {
-    Column { key, heading, scale, decimals, value }
-}
+/// A metric of a scene, if it has it.
+type Column = table::Column<fn(&Metrics) -> Option<f64>>;
 
 /// What is summed up over scenes, in the order of the table.
 const COLUMNS: [Column; 16] = [
@@ -93,21 +78,11 @@ const COLUMNS: [Column; 16] = [
 
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
-impl Column {
-    fn text(&self, value: Option<f64>) -> String {
-        value.map_or("–".into(), |value| format!("{:.*}", self.decimals, self.scale * value))
-    }
-
-    fn spread(&self, scenes: &[Metrics]) -> Option<Spread> {
-        let values: Vec<f64> = scenes.iter().filter_map(self.value).collect();
-        let middle = mean(values.iter().copied());
-        let variance = mean(values.iter().map(|value| (value - middle).powi(2)));
-        (!values.is_empty()).then_some(Spread {
-            mean: middle,
-            standard_deviation: variance.sqrt(),
-            scenes: values.len(),
-        })
-    }
+fn spread(column: &Column, scenes: &[Metrics]) -> Option<Spread> {
+    let values: Vec<f64> = scenes.iter().filter_map(column.value).collect();
+    let middle = mean(values.iter().copied());
+    let variance = mean(values.iter().map(|value| (value - middle).powi(2)));
+    (!values.is_empty()).then_some(Spread { mean: middle, standard_deviation: variance.sqrt(), scenes: values.len() })
 }
 
 /// The columns that any of the scenes has.
@@ -129,11 +104,11 @@ impl Overall {
     /// Of the scenes that were measured and the reasons why others were not.
     pub fn new(scenes: Vec<Metrics>, failures: Vec<String>) -> Self {
         let failed = failures.len() + scenes.iter().filter(|scene| !scene.stability.valid).count();
-        let spread =
-            |column: &Column| Some((column.key.to_owned(), serde_json::to_value(column.spread(&scenes)?).ok()?));
+        let entry =
+            |column: &Column| Some((column.key.to_owned(), serde_json::to_value(spread(column, &scenes)?).ok()?));
         Self {
             failure_rate_pct: percent(failed, scenes.len() + failures.len()),
-            over_scenes: columns(&scenes).filter_map(spread).collect(),
+            over_scenes: columns(&scenes).filter_map(entry).collect(),
             scenes,
             failures,
         }
@@ -161,7 +136,7 @@ impl Display for Metrics {
 impl Display for Overall {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         let mut rows = table(&self.scenes);
-        let total: Vec<_> = columns(&self.scenes).map(|column| (column, column.spread(&self.scenes))).collect();
+        let total: Vec<_> = columns(&self.scenes).map(|column| (column, spread(column, &self.scenes))).collect();
         for (name, value) in
             [("mean", (|s| s.mean) as fn(Spread) -> f64), ("standard deviation", |s| s.standard_deviation)]
         {

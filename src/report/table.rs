@@ -1,5 +1,32 @@
 //! Tables of text for people.
 
+/// A column of numbers: its key in documents, its heading with a unit for people, what makes its values readable, and
+/// where they come from.
+pub(super) struct Column<V> {
+    pub key: &'static str,
+    pub heading: &'static str,
+    scale: f64,
+    decimals: usize,
+    pub value: V,
+}
+
+pub(super) const fn column<V>(
+    key: &'static str,
+    heading: &'static str,
+    scale: f64,
+    decimals: usize,
+    value: V,
+) -> Column<V> {
+    Column { key, heading, scale, decimals, value }
+}
+
+impl<V> Column<V> {
+    /// A cell; a dash if there is no value.
+    pub fn text(&self, value: Option<f64>) -> String {
+        value.map_or("–".into(), |value| format!("{:.*}", self.decimals, self.scale * value))
+    }
+}
+
 /// Rows with their columns aligned: the first to the left, the others, numbers, to the right. No line end after the
 /// last.
 pub fn aligned(rows: &[Vec<String>]) -> String {
