@@ -92,7 +92,7 @@ impl<T: Pod> Buffer<T> {
     }
 }
 
-/// Memory of the host's side into which buffers of `len` elements are fetched.
+/// Memory of the host's side into which buffers of `len` elements, or a picture, are fetched.
 pub struct Download<T> {
     pub(super) raw: wgpu::Buffer,
     pub(super) len: usize,

@@ -5,6 +5,7 @@
 //! smooth by four samples a pixel. The twin is `cpu::raster`.
 
 use super::adapter::AdapterChoice;
+use super::buffer::Download;
 use super::device::{Gpu, GpuError};
 use super::raster_pipelines::{COLORS, DEPTHS, Pipelines, SAMPLES, SHARES};
 use crate::render::{
@@ -12,7 +13,6 @@ use crate::render::{
     Stage, Texture, lights, view,
 };
 use crate::shape::Wrap;
-use std::sync::mpsc;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Triangles drawn from one buffer: a storage buffer of 96 MiB, which every adapter has.
@@ -270,29 +270,17 @@ impl GpuPainter {
         size: Size,
     ) -> Result<Picture, GpuError> {
         let row = (4 * size.width).next_multiple_of(ROW);
-        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("fetched"),
-            size: u64::from(row) * u64::from(size.height),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
+        let fetched = Download::<u8>::new(&self.gpu, "fetched", row as usize * size.height as usize);
         encoder.copy_texture_to_buffer(
             picture.as_image_copy(),
             wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
+                buffer: &fetched.raw,
                 layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
             },
             picture.size(),
         );
         self.gpu.queue.submit([encoder.finish()]);
-        let (sender, mapped) = mpsc::channel();
-        buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-            let _ = sender.send(result);
-        });
-        self.gpu.wait()?;
-        let failed = |error: &dyn std::fmt::Display| GpuError::Device(format!("cannot be read: {error}"));
-        mapped.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
-        let bytes = buffer.slice(..).get_mapped_range().map_err(|error| failed(&error))?;
+        let bytes = fetched.take(&self.gpu)?;
         let rows = bytes.chunks_exact(row as usize);
         let rgb = rows.flat_map(|row| row[..4 * size.width as usize].chunks_exact(4).flat_map(|pixel| &pixel[..3]));
         Ok(Picture { size, rgb: rgb.copied().collect() })
