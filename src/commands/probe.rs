@@ -113,8 +113,7 @@ pub fn test(adapter: &AdapterReport, threads: usize) -> Result<Vec<Speed>, Strin
     }
     if let (Some(file), Ok(text)) = (passed, serde_json::to_vec(&verdict.speeds)) {
         // Where that cannot be remembered, the next run tests again.
-        let folder = file.parent().unwrap_or(&file);
-        let _ = std::fs::create_dir_all(folder).and_then(|()| write_whole(&file, &text));
+        let _ = write_whole(&file, &text);
     }
     Ok(verdict.speeds)
 }

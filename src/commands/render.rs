@@ -104,9 +104,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     };
     let bytes = picture.png()?;
-    std::fs::create_dir_all(output::parent(&args.output))
-        .and_then(|()| write_whole(&args.output, &bytes))
-        .map_err(|error| Failure::writing(&args.output, error))?;
+    write_whole(&args.output, &bytes).map_err(|error| Failure::writing(&args.output, error))?;
     let summary = Summary {
         file: args.output.display().to_string(),
         width: picture.size.width,

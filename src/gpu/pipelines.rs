@@ -44,11 +44,8 @@ impl Pipelines {
             return Ok(());
         }
         let bytes = [seal(&self.key, &content).as_bytes().as_slice(), &content].concat();
-        let write = || {
-            fs::create_dir_all(self.file.parent().unwrap_or(&self.file))?;
-            write_whole(&self.file, &bytes)
-        };
-        write().map_err(|error| GpuError::Device(format!("{}: cannot be written: {error}", self.file.display())))
+        write_whole(&self.file, &bytes)
+            .map_err(|error| GpuError::Device(format!("{}: cannot be written: {error}", self.file.display())))
     }
 }
 
