@@ -19,6 +19,8 @@ use std::path::Path;
 const MAX_BYTES: u64 = 1 << 31;
 /// Most vertices, and most triangles, that a mesh may have; beyond, decomposing it is hopeless anyway.
 const MAX_ELEMENTS: usize = 1 << 24;
+/// Exponent of a screen, from numbers to linear light.
+const GAMMA: f32 = 2.2;
 /// Longest excerpt of a library's message, characters.
 const EXCERPT: usize = 160;
 
@@ -128,4 +130,9 @@ fn add_strip(triangles: &mut Vec<[u32; 3]>, corners: &[u32]) {
 fn three_numbers<'a>(words: &mut impl Iterator<Item = &'a str>) -> Option<Vec3> {
     let mut next = || words.next()?.parse().ok();
     Some(Vec3::new(next()?, next()?, next()?))
+}
+
+/// Colours of formats that say nothing of it are meant for the screen.
+fn to_linear(color: Vec3) -> Vec3 {
+    color.clamp(Vec3::ZERO, Vec3::ONE).powf(GAMMA)
 }

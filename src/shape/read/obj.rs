@@ -5,7 +5,7 @@
 //! near the end of the number range.
 
 use super::image::decode;
-use super::{Source, add_polygon, bytes_of, three_numbers};
+use super::{Source, add_polygon, bytes_of, three_numbers, to_linear};
 use crate::shape::{Corner, Look, Mesh, MeshError, Pixels, Skin};
 use glam::{Vec2, Vec3};
 use std::path::Path;
@@ -178,9 +178,4 @@ impl<'a> Looks<'a> {
             }
         }
     }
-}
-
-/// Colours of this format are meant for the screen.
-fn to_linear(color: Vec3) -> Vec3 {
-    color.clamp(Vec3::ZERO, Vec3::ONE).powf(2.2)
 }

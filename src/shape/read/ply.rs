@@ -1,7 +1,7 @@
 //! PLY, text and binary, by the `ply-rs-bw` crate, which reads numbers of any type and skips what nobody asks for.
 //! Normals and colours of vertices are its look.
 
-use super::{Source, add_polygon, add_strip};
+use super::{Source, add_polygon, add_strip, to_linear};
 use crate::shape::{Corner, Look, Mesh, MeshError, Skin};
 use glam::{DVec3, Vec3};
 use ply_rs_bw::parser::{Parser, Reader};
@@ -117,7 +117,7 @@ impl Vertex {
     fn corner(&self) -> Corner {
         let normal = self.normal.as_vec3().try_normalize().unwrap_or(Vec3::ZERO);
         let color = self.color.as_vec3();
-        let color = if color.is_finite() { color.clamp(Vec3::ZERO, Vec3::ONE).powf(2.2) } else { Vec3::ONE };
+        let color = if color.is_finite() { to_linear(color) } else { Vec3::ONE };
         Corner { normal, color: color.extend(1.0), ..Corner::default() }
     }
 }
