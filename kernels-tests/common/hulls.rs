@@ -1,19 +1,11 @@
 //! Corners of convex parts.
 
 use glam::Vec3;
+pub use rest3d_gpu::shape::box_corners as cuboid;
 
 /// Points moved by a vector.
 pub fn shifted(points: &[Vec3], by: Vec3) -> Vec<Vec3> {
     points.iter().map(|&p| p + by).collect()
-}
-
-/// Corners of a box with these half extents.
-pub fn cuboid(half: Vec3) -> Vec<Vec3> {
-    (0..8)
-        .map(|i| {
-            half * Vec3::new((i & 1) as f32 * 2.0 - 1.0, (i >> 1 & 1) as f32 * 2.0 - 1.0, (i >> 2) as f32 * 2.0 - 1.0)
-        })
-        .collect()
 }
 
 /// A prism with `sides` corners in the xz plane.

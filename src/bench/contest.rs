@@ -1,6 +1,7 @@
 //! Which of two backends simulates a heap of boxes faster: what `--backend auto` goes by.
 
 use super::{Effort, measure};
+use crate::shape::box_corners;
 use crate::world::{Backend, BackendError, BodyDef, Pose, SimSettings, World};
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -61,9 +62,8 @@ impl Speed {
 
 /// A table with eleven boxes on it, some of them on others.
 fn heap() -> World {
-    let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5;
     let body = |size: Vec3, at: Vec3, unit: u32| {
-        let parts = vec![(0..8).map(|i| size * corner(i)).collect()];
+        let parts = vec![box_corners(0.5 * size)];
         let mass = 500.0 * size.element_product();
         let inertia = mass / 12.0 * (Vec3::splat(size.length_squared()) - size * size);
         let start = Pose::new(Quat::from_rotation_y(0.4 * unit as f32), at);

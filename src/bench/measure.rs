@@ -140,15 +140,15 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::cpu::CpuBackend;
+    use crate::shape::box_corners;
     use crate::world::{BodyDef, STATIC};
     use glam::{Quat, Vec3};
 
     /// A brick 1 mm above the ground, and something that is held.
     fn world() -> World {
-        let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 0.2 - 0.1;
         let body = |x: f32, unit: u32| {
             let start = Pose::new(Quat::IDENTITY, Vec3::new(x, 0.101, 0.0));
-            let parts = vec![(0..8).map(corner).collect()];
+            let parts = vec![box_corners(Vec3::splat(0.1))];
             BodyDef { parts, mass: 1.0, inertia: Vec3::splat(0.0067), unit, start, reference: start }
         };
         World::new(&[body(0.0, 0), body(5.0, STATIC)], &[0])

@@ -126,11 +126,7 @@ fn halves(part: &[Vec3]) -> Option<Vec<Vec<Vec3>>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn cuboid(half: Vec3) -> Vec<Vec3> {
-        let sign = |bit: usize| if bit == 0 { -1.0 } else { 1.0 };
-        (0..8).map(|i| half * Vec3::new(sign(i & 1), sign(i >> 1 & 1), sign(i >> 2))).collect()
-    }
+    use crate::shape::box_corners;
 
     fn volume(part: &[Vec3]) -> f32 {
         let (vertices, triangles) = convex_hull(part).unwrap_or_default();
@@ -147,7 +143,7 @@ mod tests {
     fn subject() -> Subject {
         let body = |half: Vec3, x: f32, y: f32, unit: u32| {
             let start = Pose::new(glam::Quat::IDENTITY, Vec3::new(x, y, 0.0));
-            BodyDef { parts: vec![cuboid(half)], mass: 1.0, inertia: Vec3::ONE, unit, start, reference: start }
+            BodyDef { parts: vec![box_corners(half)], mass: 1.0, inertia: Vec3::ONE, unit, start, reference: start }
         };
         let bodies = vec![
             body(Vec3::splat(0.1), 0.0, 0.5, 0),
@@ -159,7 +155,7 @@ mod tests {
 
     #[test]
     fn halves_are_the_whole() {
-        let whole = cuboid(Vec3::new(0.1, 0.3, 0.2));
+        let whole = box_corners(Vec3::new(0.1, 0.3, 0.2));
         let halves = halves(&whole).unwrap_or_default();
         let [below, above] = &halves[..] else { panic!("{halves:?}") };
         assert!((volume(below) + volume(above) - volume(&whole)).abs() < 1e-6);

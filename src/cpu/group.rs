@@ -138,6 +138,7 @@ impl Group {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shape::box_corners;
     use crate::world::{BodyDef, Status};
     use glam::{Quat, Vec3};
 
@@ -149,11 +150,9 @@ mod tests {
     /// A flat brick with three cubes above it.
     fn world() -> World {
         let brick = |half: Vec3, y: f32| {
-            let corner =
-                |i: usize| half * (Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0);
             let start = Pose::new(Quat::IDENTITY, Vec3::Y * y);
             let inertia = Vec3::splat(0.7 * half.max_element() * half.max_element());
-            BodyDef { parts: vec![(0..8).map(corner).collect()], mass: 1.0, inertia, unit: 0, start, reference: start }
+            BodyDef { parts: vec![box_corners(half)], mass: 1.0, inertia, unit: 0, start, reference: start }
         };
         let flat = brick(Vec3::new(0.2, 0.05, 0.2), 0.05);
         let cubes = [0.2, 0.41, 0.62].map(|y| brick(Vec3::splat(0.1), y));

@@ -85,16 +85,16 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::cpu::CpuBackend;
+    use crate::shape::box_corners;
     use crate::world::{Backend, BodyDef, Flow};
     use glam::{Quat, Vec3};
 
     /// Two bricks, the upper one in the air, from 50 heights.
     #[test]
     fn rollouts_end_where_simulations_end_and_count_contacts() {
-        let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 0.2 - 0.1;
         let bodies = [0.1, 0.32].map(|y| {
             let start = Pose::new(Quat::IDENTITY, Vec3::Y * y);
-            let parts = vec![(0..8).map(corner).collect()];
+            let parts = vec![box_corners(Vec3::splat(0.1))];
             let unit = u32::from(y > 0.2);
             BodyDef { parts, mass: 1.0, inertia: Vec3::splat(0.0067), unit, start, reference: start }
         });

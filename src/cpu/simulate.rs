@@ -263,17 +263,16 @@ fn patches_of(pair: u32, last: &ContactSet, old: &mut usize) -> Range<usize> {
 mod tests {
     use super::*;
     use crate::cpu::{Group, contacts::Contact};
+    use crate::shape::box_corners;
     use crate::world::{BodyDef, NarrowPhase, constants::RECYCLING_DISTANCE};
     use glam::Quat;
 
     /// A flat brick with a cube on it, at rest after a second and a half.
     fn at_rest() -> (World, SimSettings, Separator, Group) {
         let brick = |half: Vec3, y: f32| {
-            let corner =
-                |i: usize| half * (2.0 * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 1.0);
             let start = Pose::new(Quat::from_rotation_y(y), Vec3::Y * y);
             let inertia = Vec3::splat(0.7 * half.max_element() * half.max_element());
-            BodyDef { parts: vec![(0..8).map(corner).collect()], mass: 1.0, inertia, unit: 0, start, reference: start }
+            BodyDef { parts: vec![box_corners(half)], mass: 1.0, inertia, unit: 0, start, reference: start }
         };
         let world = World::new(&[brick(Vec3::new(0.2, 0.05, 0.2), 0.051), brick(Vec3::splat(0.1), 0.202)], &[0]);
         let settings = SimSettings::default();

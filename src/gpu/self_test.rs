@@ -4,6 +4,7 @@
 //! simulation of boxes that stand, fall, lean, slide and are pressed down by heavier ones, few, in a block and many,
 //! because different kernels solve these, and one iteration of a search in three rounds.
 
+use crate::shape::box_corners;
 use crate::world::constants::{SELF_TEST_DISTANCE, SELF_TEST_ENERGY, SELF_TEST_NUDGE};
 use crate::world::{
     Backend, BackendError, BodyDef, CemSettings, Flow, Pose, STATIC, SearchSettings, SimSettings, Stream, World,
@@ -91,8 +92,7 @@ fn ran(error: BackendError) -> String {
 
 /// A box of this size and mass.
 fn cuboid(size: Vec3, mass: f32, start: Pose, unit: u32) -> BodyDef {
-    let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5;
-    let parts = vec![(0..8).map(|i| size * corner(i)).collect()];
+    let parts = vec![box_corners(0.5 * size)];
     let inertia = mass * (Vec3::splat(size.length_squared()) - size * size) / 12.0;
     BodyDef { parts, mass, inertia, unit, start, reference: start }
 }

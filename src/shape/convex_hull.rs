@@ -101,7 +101,10 @@ fn is_sound((vertices, triangles): &HullMesh, points: &[Vec3], share: f64) -> bo
 
 #[cfg(test)]
 mod tests {
-    use super::super::{hull::solid_hull, split::clip};
+    use super::super::{
+        hull::{box_corners, solid_hull},
+        split::clip,
+    };
     use super::*;
     use glam::Vec2;
     use std::f32::consts::TAU;
@@ -172,8 +175,7 @@ mod tests {
     fn thin_plates_and_rods_are_sound() {
         let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, 1.1);
         for size in [Vec3::new(2.0, 1.9e-3, 2.0), Vec3::new(2.0, 2e-3, 2e-3)] {
-            let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5;
-            let points: Vec<Vec3> = (0..8).map(|i| turn * (size * corner(i))).collect();
+            let points: Vec<Vec3> = box_corners(0.5 * size).into_iter().map(|corner| turn * corner).collect();
             let hull = convex_hull(&points).expect("it has a hull");
             assert!(is_sound(&hull, &points, OFF), "{size}");
             assert!((volume(&hull) / f64::from(size.element_product()) - 1.0).abs() < 1e-3, "{size}");

@@ -298,8 +298,13 @@ fn boxed(points: &[Vec3]) -> Vec<Vec3> {
     let (low, high) = bounds(points);
     let center = 0.5 * (low + high);
     let half = (0.5 * (high - low)).max(Vec3::splat(0.5 * MIN_THICKNESS));
+    box_corners(half).into_iter().map(|corner| center + corner).collect()
+}
+
+/// Corners of a box around the origin with these half extents, x changing fastest.
+pub fn box_corners(half: Vec3) -> Vec<Vec3> {
     let sign = |i: usize, bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
-    (0..8).map(|i| center + half * Vec3::new(sign(i, 0), sign(i, 1), sign(i, 2))).collect()
+    (0..8).map(|i| half * Vec3::new(sign(i, 0), sign(i, 1), sign(i, 2))).collect()
 }
 
 #[cfg(test)]

@@ -44,7 +44,7 @@ pub use category::{part_budget, typical_mass};
 pub use convex_hull::convex_hull;
 pub(crate) use convex_polygon::convex_polygon;
 pub use corners::four_cornered;
-pub use hull::solid_hull;
+pub use hull::{box_corners, solid_hull};
 pub use inside::Inside;
 pub use look::{Corner, Look, Pixels, Skin, Wrap};
 pub use mass::MassProperties;

@@ -199,12 +199,12 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shape::box_corners;
 
     #[test]
     fn what_is_held_is_simulated_as_if_it_had_never_moved() {
-        let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 0.5;
         let def = |unit: u32| BodyDef {
-            parts: vec![(0..8).map(corner).collect(); 1 + unit.min(3) as usize],
+            parts: vec![box_corners(Vec3::splat(0.5)); 1 + unit.min(3) as usize],
             mass: 2.0,
             inertia: Vec3::new(0.1, 0.2, 0.3),
             unit,

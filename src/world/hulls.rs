@@ -185,12 +185,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::super::constants::MAX_FACE_VERTICES;
     use super::*;
+    use crate::shape::box_corners;
     use glam::Quat;
-
-    fn cuboid(half: Vec3) -> Vec<Vec3> {
-        let sign = |i: usize, bit: usize| if i & bit > 0 { 1.0 } else { -1.0 };
-        (0..8).map(|i| half * Vec3::new(sign(i, 1), sign(i, 2), sign(i, 4))).collect()
-    }
 
     /// Points on a ball in a spiral: a hull without parallel faces.
     fn ball(count: usize, radius: f32) -> Vec<Vec3> {
@@ -239,7 +235,8 @@ mod tests {
         // The plate is 2 m by 1 mm, the needle 1 m by 0.5 mm: parry alone takes them for flat.
         for half in [Vec3::new(0.3, 0.1, 0.2), Vec3::new(1.0, 0.0005, 0.7), Vec3::new(0.5, 0.00025, 0.00025)] {
             for turn in [Quat::IDENTITY, Quat::from_rotation_x(0.4) * Quat::from_rotation_z(0.7)] {
-                let points: Vec<Vec3> = cuboid(half).iter().map(|p| turn * *p + Vec3::new(0.2, -0.1, 0.3)).collect();
+                let points: Vec<Vec3> =
+                    box_corners(half).iter().map(|p| turn * *p + Vec3::new(0.2, -0.1, 0.3)).collect();
                 assert_eq!(counts(&table(&points), &points), [8, 12, 6], "{half} {turn}");
             }
         }
@@ -257,7 +254,7 @@ mod tests {
 
     #[test]
     fn nearly_flat_triangles_become_one_face() {
-        let mut points = cuboid(Vec3::new(0.2, 0.1, 0.2));
+        let mut points = box_corners(Vec3::new(0.2, 0.1, 0.2));
         points.extend((0..12).map(|i| {
             let (sin, cos) = (i as f32 * 0.53).sin_cos();
             Vec3::new(0.15 * cos, 0.1 + 0.00002 * (i % 3) as f32, 0.15 * sin)
@@ -304,7 +301,7 @@ mod tests {
 
     #[test]
     fn points_without_volume_are_ignored() {
-        let flat: Vec<Vec3> = cuboid(Vec3::new(1.0, 0.0, 1.0));
+        let flat: Vec<Vec3> = box_corners(Vec3::new(1.0, 0.0, 1.0));
         let line: Vec<Vec3> = (0..5).map(|i| Vec3::splat(i as f32)).collect();
         for points in [&[][..], &[Vec3::ONE], &[Vec3::ONE; 8], &flat, &line, &[Vec3::NAN; 4]] {
             assert!(table(points).hulls.is_empty(), "{points:?}");

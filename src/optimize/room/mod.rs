@@ -16,7 +16,7 @@ pub(super) use tolerances::{CONTACT, LEANING, TOUCHES};
 
 use super::posture::{lean, up_axis};
 use crate::scene::{Parent, Pose, Relation, Root, Scene, Wall};
-use crate::shape::Shape;
+use crate::shape::{Shape, box_corners};
 use crate::world::{self, BodyDef, STATIC};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use serde::Serialize;
@@ -259,12 +259,8 @@ pub(super) fn body(side: &Side, [low, high]: [DVec3; 2]) -> BodyDef {
     let center = sideways * (0.5 * (left + right)) + up * (0.5 * (bottom + top)) + side.normal * behind;
     let rotation = DQuat::from_mat3(&DMat3::from_cols(sideways, up, side.normal)).normalize();
     let pose = world::Pose::new(rotation.as_quat().normalize(), center.as_vec3());
-    let corner = |i: u32| {
-        let sign = |bit: u32| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
-        (half * DVec3::new(sign(0), sign(1), sign(2))).as_vec3()
-    };
     BodyDef {
-        parts: vec![(0..8).map(corner).collect()],
+        parts: vec![box_corners(half.as_vec3())],
         mass: 1.0,
         inertia: Vec3::ONE,
         unit: STATIC,
