@@ -3,7 +3,7 @@
 //! All columns of a regular grid are cut with one triangle after the other, as a rasterizer does it; no mesh has to be
 //! closed for that.
 
-use super::tolerances::{COLUMNS, FOOT_BAND, FOOT_SHARE, SHEET};
+use super::tolerances::{COLUMNS, FIRST_COLUMN, FOOT_BAND, FOOT_SHARE, SHEET};
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use std::ops::Range;
 
@@ -81,8 +81,7 @@ impl Grid {
     fn over(object: &Surface) -> Self {
         let extent = (object.high - object.low).xz().max(DVec2::splat(1e-6));
         let spacing = extent.max_element() / COLUMNS as f64;
-        // Not the middles of the cells: meshes have many edges on round fractions of their size.
-        let origin = object.low.xz() + spacing * DVec2::new(0.473, 0.519);
+        let origin = object.low.xz() + spacing * FIRST_COLUMN;
         Self { origin, spacing, size: extent.to_array().map(|side| (side / spacing).ceil() as usize) }
     }
 

@@ -1,14 +1,8 @@
 //! What canonicalization did, object by object, and why.
 
+use super::tolerances::{NOTEWORTHY, VISIBLE_SHIFT, VISIBLE_TILT};
 use serde::Serialize;
 use std::fmt::{Display, Formatter, Result};
-
-/// A tilt above this is worth a warning where a scene is used as it is, degrees.
-const VISIBLE_TILT: f64 = 2.0;
-/// A ground farther off than this is worth one, m.
-const VISIBLE_SHIFT: f64 = 0.1;
-/// A summary names an object whose height changed by more than this, m.
-const NOTEWORTHY: f64 = 0.1;
 
 /// The document. Lengths in m, angles in degrees.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,5 +1,6 @@
 //! Every number that canonicalization decides by, with its unit and what it is for.
 
+use glam::DVec2;
 use std::f64::consts::PI;
 
 const DEGREE: f64 = PI / 180.0;
@@ -21,6 +22,9 @@ pub(super) const SPREAD: f64 = 3.0 * DEGREE;
 
 /// Two up axes farther apart than this hardly support each other, rad: the scale of the Cauchy weights.
 pub(super) const AGREEMENT: f64 = 4.0 * DEGREE;
+
+/// Iterations of the reweighted mean; it has converged after ten.
+pub(super) const ITERATIONS: usize = 30;
 
 /// How uneven a reconstructed base is, m: over its length it makes the error of the base's direction.
 pub(super) const UNEVENNESS: f64 = 0.01;
@@ -59,6 +63,10 @@ pub(super) const MAX_BASES: usize = 256;
 /// Columns along the longer side of a footprint.
 pub(super) const COLUMNS: usize = 40;
 
+/// Where the first column is in its cell, along x and z as shares of its sides: not in the middle, because meshes have
+/// many edges on round fractions of their size.
+pub(super) const FIRST_COLUMN: DVec2 = DVec2::new(0.473, 0.519);
+
 /// The underside of an object within this height above its lowest point is its footprint, m …
 pub(super) const FOOT_BAND: f64 = 0.01;
 
@@ -77,3 +85,12 @@ pub(super) const FAR: f64 = 0.2;
 
 /// Surfaces without a back are taken for this thick, m.
 pub(super) const SHEET: f64 = 1e-3;
+
+/// A tilt above this is worth a warning where a scene is used as it is, degrees.
+pub(super) const VISIBLE_TILT: f64 = 2.0;
+
+/// A ground farther off than this is worth one, m.
+pub(super) const VISIBLE_SHIFT: f64 = 0.1;
+
+/// A summary names an object whose height changed by more than this, m.
+pub(super) const NOTEWORTHY: f64 = 0.1;

@@ -6,12 +6,9 @@
 //! the most support and is a mean that is reweighted by Cauchy's function, not one of least squares.
 
 use super::stance::{Stance, support};
-use super::tolerances::{AGREEMENT, AXIS_WEIGHT, BORNE_WEIGHT, LEVEL, MAX_TILT, MIN_TILT};
+use super::tolerances::{AGREEMENT, AXIS_WEIGHT, BORNE_WEIGHT, ITERATIONS, LEVEL, MAX_TILT, MIN_TILT};
 use crate::scene::{Object, Parent, Root};
 use glam::DVec3;
-
-/// Iterations of the reweighted mean; it has converged after ten.
-const ITERATIONS: usize = 30;
 
 /// The ups among which one object may decide, world frame, with what they count for.
 pub(super) struct Vote {
