@@ -5,7 +5,7 @@
 //! and sinks things, so it counts several times there.
 
 use super::hull::{Hull, directions, supports};
-use super::tolerances::reduce::{NEGLIGIBLE, SUPPORT_TOLERANCE, SUPPORT_WEIGHT, TOLERANCE};
+use super::tolerances::reduce::{BAND, BAND_SHARE, NEGLIGIBLE, SUPPORT_TOLERANCE, SUPPORT_WEIGHT, TOLERANCE};
 use glam::Vec3;
 
 /// The levels along `up` on which things stand: `low` under the object, `high` on top of it (m), with a tolerance.
@@ -29,7 +29,7 @@ impl Levels {
 
     /// Distance from the highest and lowest level within which a point counts as top or foot, m.
     pub fn band(&self) -> f32 {
-        2e-3_f32.max(2e-3 * (self.high - self.low))
+        BAND.max(BAND_SHARE * (self.high - self.low))
     }
 
     /// Whether the point is one of the lowest of the mesh.

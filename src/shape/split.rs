@@ -5,6 +5,7 @@
 
 use super::hull::{Hull, plane_sides, supports};
 use super::solid::Solid;
+use super::tolerances::split::FLAT;
 use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -116,7 +117,7 @@ pub(super) fn numbered(triangles: &[[Vec3; 3]]) -> (Vec<[u32; 3]>, usize) {
 pub(super) fn clip(triangles: &[[Vec3; 3]], normal: Vec3, offset: f32) -> [Vec<[Vec3; 3]>; 2] {
     let (mut below, mut above) = (Vec::new(), Vec::new());
     let scale = triangles.as_flattened().iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
-    let flat = 2e-6 * scale;
+    let flat = FLAT * scale;
     for t in triangles {
         let d = t.map(|p| normal.dot(p) - offset).map(|d| if d.abs() <= flat { 0.0 } else { d });
         if d == [0.0; 3] {

@@ -5,6 +5,10 @@
 pub(super) mod solid {
     /// Keeps the grid of a mesh without extent finite, m.
     pub const SMALLEST_CELL: f32 = 1e-5;
+    /// Most cells along the longest side, however many are asked for.
+    pub const MOST_CELLS: f32 = 192.0;
+    /// What is flatter than this share of its longest side counts as so deep when the size of a cell is chosen.
+    pub const FLATTEST: f32 = 0.02;
 }
 
 /// What of it counts.
@@ -51,6 +55,12 @@ pub(super) mod planes {
     pub const FACET_CUTS: usize = 8;
     /// Cuts are planned on about so many triangles, evenly picked; they are made on all.
     pub const PLANNED: usize = 10_000;
+}
+
+/// Cutting a mesh in two.
+pub(super) mod split {
+    /// Corners nearer to a cut than this share of the largest coordinate lie in it.
+    pub const FLAT: f32 = 2e-6;
 }
 
 /// Cutting one hull.
@@ -107,6 +117,10 @@ pub(super) mod bearing {
 
 /// Leaving out vertices.
 pub(super) mod reduce {
+    /// What is no farther than this from the lowest or highest level of a mesh counts as its foot or top, m …
+    pub const BAND: f32 = 2e-3;
+    /// … or than this share of its height, if that is more.
+    pub const BAND_SHARE: f32 = 2e-3;
     /// A hull with at most `soft` vertices may fall short of the full one by this much, m.
     pub const TOLERANCE: f32 = 0.6e-3;
     /// Below this shortfall nothing is added at all, m.

@@ -9,7 +9,7 @@
 mod fill;
 
 use super::hull::Hull;
-use crate::shape::tolerances::solid::SMALLEST_CELL;
+use crate::shape::tolerances::solid::{FLATTEST, MOST_CELLS, SMALLEST_CELL};
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::Vec3;
 
@@ -33,9 +33,9 @@ impl Solid {
     pub fn new(triangles: &[[Vec3; 3]], up: Vec3, cells: usize) -> Self {
         let corners: Vec<Vec3> = triangles.iter().flatten().copied().collect();
         let (low, high) = super::hull::bounds(&corners);
-        let extent = (high - low).max(Vec3::splat((high - low).max_element() * 0.02));
+        let extent = (high - low).max(Vec3::splat((high - low).max_element() * FLATTEST));
         let cell =
-            (extent.element_product() / cells as f32).cbrt().max(extent.max_element() / 192.0).max(SMALLEST_CELL);
+            (extent.element_product() / cells as f32).cbrt().max(extent.max_element() / MOST_CELLS).max(SMALLEST_CELL);
         let mut order = [0, 1, 2];
         order.sort_by(|&a, &b| extent[b].total_cmp(&extent[a]).then(a.cmp(&b)));
         // Two cells of air on each side. The offset keeps cell centres off the flat faces of furniture.
