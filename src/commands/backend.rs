@@ -11,6 +11,9 @@ use std::env;
 /// How many times fewer candidates are simulated at a time after a device failed.
 const RETRY_SPLIT: u32 = 4;
 
+/// A graphics card that takes up to so many times as long as the processor is taken, too.
+const EVEN: f64 = 1.05;
+
 /// Environment variables for tests: `auto` takes this kind of adapter, too; devices are lost after so many
 /// iterations and winners that are asked for.
 const AUTO_KIND: &str = "REST3D_GPU_AUTO";
@@ -129,7 +132,7 @@ fn best(candidates: u32, threads: usize) -> Opened {
         let name = &adapter.name;
         let speeds = probe::test(&adapter, threads).map_err(|problem| format!("{name}: {problem}"))?;
         match Speed::of(&speeds, candidates) {
-            Some(speed) if speed.processor > 1.05 * speed.card => Err(format!(
+            Some(speed) if speed.processor > EVEN * speed.card => Err(format!(
                 "{name} takes {:.1} times as long as {threads} threads with {} candidates at a time; --backend gpu takes it all \
                  the same",
                 speed.processor / speed.card,

@@ -16,6 +16,9 @@ use crate::world::{
 };
 use bytemuck::Pod;
 
+/// A halving of the candidates at a time helped if it left less than this share of a substep's time.
+const HELPED: f64 = 0.75;
+
 /// A search over the units of one world.
 pub struct GpuSearch<'a> {
     gpu: &'a Gpu,
@@ -115,11 +118,11 @@ impl<'a> GpuSearch<'a> {
     }
 
     /// Simulates half as many candidates at a time from now on if a substep of them takes too long for a watchdog, and
-    /// the last halving, if any, took off a quarter of its time at least.
+    /// the last halving, if any, helped.
     fn hurry(&mut self) -> Result<(), GpuError> {
         let Some(seconds) = self.paces[0].too_slow().filter(|_| self.gpu.is_watched()) else { return Ok(()) };
         self.paces = Default::default();
-        self.too_slow = if seconds < 0.75 * self.too_slow { seconds } else { 0.0 };
+        self.too_slow = if seconds < HELPED * self.too_slow { seconds } else { 0.0 };
         if self.too_slow == 0.0 || self.funnel.at_once() == 1 {
             return Ok(());
         }

@@ -19,7 +19,7 @@ pub(super) const CLEARANCE: f32 = 0.5e-3;
 /// A yaw is corrected if a side of the object is within this of its wall, rad (REST3D).
 pub(super) const MAX_YAW: f64 = 25.0 * DEGREE;
 
-/// What hangs and leans by less than this was meant to be plumb, rad; the seat takes the same limit.
+/// What hangs and leans by less than this was meant to be plumb, rad; what stands has about the same limit, `LEAN`.
 pub(super) const MAX_LEAN: f64 = 20.0 * DEGREE;
 
 /// What hangs and leans by less than this is plumb, rad. Far above rounding, far below what can be seen.
