@@ -19,8 +19,8 @@ use std::process::ExitCode;
 use std::{env, fs};
 
 fn main() -> ExitCode {
-    const CONSTANTS: &str = "src/world/constants.rs";
-    for input in ["build.rs", "build", "shaders", CONSTANTS] {
+    const CONSTANTS: [&str; 2] = ["src/world/constants.rs", "src/render/shading.rs"];
+    for input in ["build.rs", "build", "shaders"].into_iter().chain(CONSTANTS) {
         println!("cargo::rerun-if-changed={input}");
     }
     // Tests that need the files beside the project show as ignored where these are absent.
@@ -28,7 +28,8 @@ fn main() -> ExitCode {
     if Path::new("../shared/scenes").is_dir() {
         println!("cargo::rustc-cfg=shared_files");
     }
-    let constants = fs::read_to_string(CONSTANTS).expect("the constants belong to this package");
+    let constants = CONSTANTS.map(|path| compose::File::read(Path::new(path)));
+    let constants = constants.map(|file| file.expect("the constants belong to this package"));
     let library = compose::Library::read(Path::new("shaders"), &constants).expect("the shaders belong to this package");
     let (kernels, mut errors) = reflect::kernels(&library, translate::translate);
     let (rasters, found) = raster::rasters(&library, translate::translate);
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
     let out = env::var_os("OUT_DIR").expect("cargo sets it");
     fs::write(Path::new(&out).join("shaders.rs"), generate::source(&kernels, &constants))
         .expect("cargo's folder can be written");
-    fs::write(Path::new(&out).join("raster.rs"), raster::source(&rasters)).expect("cargo's folder can be written");
+    fs::write(Path::new(&out).join("raster.rs"), raster::source(&rasters, &constants))
+        .expect("cargo's folder can be written");
     ExitCode::SUCCESS
 }

@@ -1,15 +1,13 @@
 //! Puts a shader together from its file and the shared modules that it names with `#import NAME`.
 //!
 //! An imported module replaces the first line that names it; later imports of the same one are dropped, so every
-//! definition occurs once. `#import constants` is made from `src/world/constants.rs`, so that no tolerance is written
-//! twice. Every line keeps its origin, because errors are told where the author wrote them.
+//! definition occurs once. A file of Rust constants is such a module, too: `#import constants` is made from
+//! `src/world/constants.rs`, so that no tolerance is written twice. Every line keeps its origin, because errors are
+//! told where the author wrote them.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::{fs, io};
-
-/// Name of the module that is made from the Rust constants.
-const CONSTANTS: &str = "constants";
 
 /// A line's place in the sources.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,13 +29,28 @@ pub struct Composed {
     pub origins: Vec<Origin>,
 }
 
-/// A WGSL file.
+/// A file of WGSL with imports, or of Rust constants.
 #[derive(Clone, Debug)]
 pub struct File {
     /// As shown in errors.
     pub path: String,
-    /// WGSL with imports.
+    /// What it holds.
     pub text: String,
+}
+
+impl File {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn read(path: &Path) -> io::Result<Self> {
+        Ok(Self { path: path.display().to_string(), text: fs::read_to_string(path)? })
+    }
+
+    /// What it is imported by.
+    fn name(&self) -> String {
+        Path::new(&self.path).file_stem().unwrap_or_default().to_string_lossy().into()
+    }
 }
 
 /// All shader sources.
@@ -52,14 +65,15 @@ pub struct Library {
 }
 
 impl Library {
-    /// Reads `folder/*.wgsl`, `folder/raster/*.wgsl` and `folder/shared/*.wgsl`.
+    /// Reads `folder/*.wgsl`, `folder/raster/*.wgsl` and `folder/shared/*.wgsl`; `constants` are shared, too.
     ///
     /// # Errors
     /// If a file cannot be read.
-    pub fn read(folder: &Path, constants: &str) -> io::Result<Self> {
+    pub fn read(folder: &Path, constants: &[File]) -> io::Result<Self> {
         let mut shared = files(&folder.join("shared"))?;
-        let prelude = File { path: "src/world/constants.rs".into(), text: translate_constants(constants) };
-        shared.insert(CONSTANTS.into(), prelude);
+        for file in constants {
+            shared.insert(file.name(), File { path: file.path.clone(), text: translate_constants(&file.text) });
+        }
         Ok(Self { kernels: files(folder)?, rasters: files(&folder.join("raster"))?, shared })
     }
 
@@ -109,10 +123,9 @@ fn files(folder: &Path) -> io::Result<BTreeMap<String, File>> {
     let mut files = BTreeMap::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
-        if path.extension().is_some_and(|ending| ending == "wgsl")
-            && let Some(name) = path.file_stem().and_then(|name| name.to_str())
-        {
-            files.insert(name.into(), File { path: path.display().to_string(), text: fs::read_to_string(&path)? });
+        if path.extension().is_some_and(|ending| ending == "wgsl") {
+            let file = File::read(&path)?;
+            files.insert(file.name(), file);
         }
     }
     Ok(files)

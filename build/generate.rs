@@ -1,20 +1,20 @@
 //! Writes the Rust side of the kernels: a struct with one field a kernel, a struct with one field a buffer for each,
 //! and checks at compile time that structs and constants are the same in both languages.
 
-use crate::compose::rust_constants;
+use crate::compose::{File, rust_constants};
 use crate::reflect::{Access, Binding, Kernel, Layout};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// Rust source; the module that includes it has `Kernel`, `Gpu`, `GpuError`, `Step`, `Shader`, `Slot`, `Access`, the
 /// buffer types `Uniform`, `Read` and `Write`, and every struct of the shaders in scope.
-pub fn source(kernels: &[Kernel], constants_file: &str) -> String {
+pub fn source(kernels: &[Kernel], constants: &[File]) -> String {
     let mut out = String::new();
     write_kernels(&mut out, kernels).expect("writing to a string");
     for kernel in kernels {
         write_kernel(&mut out, kernel).expect("writing to a string");
     }
-    write_checks(&mut out, kernels, constants_file).expect("writing to a string");
+    write_checks(&mut out, kernels, constants).expect("writing to a string");
     out
 }
 
@@ -65,7 +65,7 @@ fn write_kernel(out: &mut String, kernel: &Kernel) -> std::fmt::Result {
     writeln!(out, "        kernels.{}.step(gpu, &[{}], invocations)\n    }}\n}}\n", kernel.name, fields.join(", "))
 }
 
-fn write_checks(out: &mut String, kernels: &[Kernel], constants_file: &str) -> std::fmt::Result {
+fn write_checks(out: &mut String, kernels: &[Kernel], constants: &[File]) -> std::fmt::Result {
     let mut structs: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for (name, layout) in kernels.iter().flat_map(|kernel| &kernel.structs) {
         structs.entry(name).or_default().insert(layout);
@@ -76,16 +76,30 @@ fn write_checks(out: &mut String, kernels: &[Kernel], constants_file: &str) -> s
     for Binding { element, bytes, .. } in kernels.iter().flat_map(|kernel| &kernel.bindings) {
         writeln!(out, "    assert!(size_of::<{element}>() == {bytes}, \"stride of {element}\");")?;
     }
-    let constants: BTreeSet<_> = kernels.iter().flat_map(|kernel| &kernel.constants).collect();
-    for (name, kind, _) in rust_constants(constants_file) {
-        if constants.iter().any(|(known, _)| known == name) {
-            let cast = if kind == "usize" { " as u32" } else { "" };
-            writeln!(out, "    assert!(constants::{name} == crate::world::constants::{name}{cast}, \"{name}\");")?;
+    writeln!(out, "}};\n")?;
+    write_constants(out, kernels.iter().flat_map(|kernel| &kernel.constants), constants)
+}
+
+/// Compile-time checks that the constants of Rust files are what naga makes of them, and all that it found.
+pub fn write_constants<'a>(
+    out: &mut String,
+    found: impl Iterator<Item = &'a (String, String)>,
+    files: &[File],
+) -> std::fmt::Result {
+    let found: BTreeSet<_> = found.collect();
+    writeln!(out, "const _: () = {{")?;
+    for File { path, text } in files {
+        let module = path.trim_start_matches("src/").trim_end_matches(".rs").replace('/', "::");
+        for (name, kind, _) in rust_constants(text) {
+            if found.iter().any(|(known, _)| known == name) {
+                let cast = if kind == "usize" { " as u32" } else { "" };
+                writeln!(out, "    assert!(constants::{name} == crate::{module}::{name}{cast}, \"{name}\");")?;
+            }
         }
     }
     writeln!(out, "}};\n")?;
     writeln!(out, "/// The constants of all shaders, as naga evaluates them.\npub mod constants {{")?;
-    for (name, value) in constants {
+    for (name, value) in found {
         writeln!(out, "    #[allow(missing_docs)]\n    pub const {name}: {value};")?;
     }
     writeln!(out, "}}")

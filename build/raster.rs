@@ -1,16 +1,16 @@
 //! Shaders of pictures: `shaders/raster/NAME.wgsl` with the vertex and fragment stages of one kind of pass.
 //!
 //! They are checked and translated as the kernels are. Their names and entry points become constants, so that one that
-//! is missing does not compile, and the layouts of their structs are compared with those of the host.
+//! is missing does not compile. Constants and the layouts of structs are compared with those of the host.
 
 use crate::check::{check, report};
-use crate::compose::{Composed, Library};
-use crate::generate::write_layouts;
-use crate::reflect::{Layout, structs};
+use crate::compose::{Composed, File, Library};
+use crate::generate::{write_constants, write_layouts};
+use crate::reflect::{Layout, constants, structs};
 use naga::proc::Layouter;
 use naga::valid::ModuleInfo;
 use naga::{AddressSpace, Module, ShaderStage};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// One shader as the host sees it.
@@ -24,6 +24,8 @@ pub struct Raster {
     pub stages: Vec<String>,
     /// Structs that its buffers hold, by name.
     pub structs: BTreeMap<String, Layout>,
+    /// Names, types and values of all constants.
+    pub constants: BTreeSet<(String, String)>,
 }
 
 /// All shaders of pictures, and all errors; `translate` as for kernels.
@@ -69,17 +71,18 @@ fn reflect(shader: &Composed, module: &Module) -> Result<Raster, Vec<String>> {
         source: shader.source.clone(),
         stages: module.entry_points.iter().map(|entry| entry.name.clone()).collect(),
         structs: found,
+        constants: constants(module),
     })
 }
 
 /// Rust source; the module that includes it has every struct of the shaders in scope.
-pub fn source(rasters: &[Raster]) -> String {
+pub fn source(rasters: &[Raster], constants: &[File]) -> String {
     let mut out = String::new();
-    write(&mut out, rasters).expect("writing to a string");
+    write(&mut out, rasters, constants).expect("writing to a string");
     out
 }
 
-fn write(out: &mut String, rasters: &[Raster]) -> std::fmt::Result {
+fn write(out: &mut String, rasters: &[Raster], constants: &[File]) -> std::fmt::Result {
     for Raster { name, source, stages, .. } in rasters {
         writeln!(out, "/// `shaders/raster/{name}.wgsl`\npub mod {name} {{")?;
         writeln!(out, "    pub const SOURCE: &str = {source:?};")?;
@@ -93,5 +96,6 @@ fn write(out: &mut String, rasters: &[Raster]) -> std::fmt::Result {
         out,
         rasters.iter().flat_map(|raster| &raster.structs).map(|(name, layout)| (name.as_str(), layout)),
     )?;
-    writeln!(out, "}};")
+    writeln!(out, "}};\n")?;
+    write_constants(out, rasters.iter().flat_map(|raster| &raster.constants), constants)
 }

@@ -107,7 +107,7 @@ fn reflect(shader: &Composed, module: &Module, info: &ModuleInfo) -> Result<Kern
         workgroup_bytes: 0,
         bindings: Vec::new(),
         structs: BTreeMap::new(),
-        constants: module.constants.iter().filter_map(|(_, constant)| value(module, constant)).collect(),
+        constants: constants(module),
     };
     let mut errors = Vec::new();
     for (handle, variable) in module.global_variables.iter() {
@@ -185,6 +185,11 @@ pub fn structs(module: &Module, layouter: &Layouter, handle: Handle<Type>, out: 
         }
         _ => {}
     }
+}
+
+/// Names, types and values of all scalar constants.
+pub fn constants(module: &Module) -> BTreeSet<(String, String)> {
+    module.constants.iter().filter_map(|(_, constant)| value(module, constant)).collect()
 }
 
 /// A scalar constant as the Rust item `NAME: TYPE = VALUE`.

@@ -25,13 +25,16 @@ use std::path::Path;
 
 fn shipped() -> Library {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let constants = std::fs::read_to_string(root.join("src/world/constants.rs")).unwrap();
-    Library::read(&root.join("shaders"), &constants).unwrap()
+    let constants = ["src/world/constants.rs", "src/render/shading.rs"];
+    Library::read(&root.join("shaders"), &constants.map(|path| File::read(&root.join(path)).unwrap())).unwrap()
+}
+
+fn file(path: &str, text: &str) -> File {
+    File { path: path.into(), text: text.into() }
 }
 
 /// A library of two files, `kernel.wgsl` and `shared/module.wgsl`.
 fn library(kernel: &str, module: &str) -> Library {
-    let file = |path: &str, text: &str| File { path: path.into(), text: text.into() };
     let mut library = Library::default();
     library.kernels.insert("kernel".into(), file("kernel.wgsl", kernel));
     library.shared.insert("module".into(), file("shared/module.wgsl", module));
@@ -56,18 +59,21 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 
 #[test]
 fn constants_have_their_rust_values() {
-    let module = &shipped().shared["constants"];
-    let rust = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(&module.path)).unwrap();
-    let count = compose::rust_constants(&rust).count();
-    assert_eq!(count, rust.matches("pub const ").count());
-    for (name, _, _) in compose::rust_constants(&rust) {
-        let line = |text: &str, word: String| text.lines().position(|line| line.starts_with(&word)).unwrap();
-        let [ours, theirs] = [line(&module.text, format!("const {name}:")), line(&rust, format!("pub const {name}:"))];
-        assert_eq!(ours, theirs, "errors in {name} would point to the wrong line");
+    let library = shipped();
+    for module in ["constants", "shading"].map(|name| &library.shared[name]) {
+        let rust = std::fs::read_to_string(&module.path).unwrap();
+        let count = compose::rust_constants(&rust).count();
+        assert_eq!(count, rust.matches("pub const ").count());
+        for (name, _, _) in compose::rust_constants(&rust) {
+            let line = |text: &str, word: String| text.lines().position(|line| line.starts_with(&word)).unwrap();
+            let [ours, theirs] =
+                [line(&module.text, format!("const {name}:")), line(&rust, format!("pub const {name}:"))];
+            assert_eq!(ours, theirs, "errors in {name} would point to the wrong line");
+        }
+        // The values themselves are compared when the library is compiled.
+        let used = naga::front::wgsl::parse_str(&module.text).unwrap();
+        assert_eq!(used.constants.len(), count);
     }
-    // The values themselves are compared when the library is compiled.
-    let used = naga::front::wgsl::parse_str(&module.text).unwrap();
-    assert_eq!(used.constants.len(), count);
 }
 
 #[test]
@@ -84,7 +90,8 @@ fn a_kernel_is_reflected() {
 #[test]
 fn the_generated_code_checks_names_types_and_layouts() {
     let (kernels, _) = kernels(&shipped());
-    let code = generate::source(&kernels, "pub const TOUCHING_DEPTH: f32 = 1e-3;");
+    let constants = file("src/world/constants.rs", "pub const TOUCHING_DEPTH: f32 = 1e-3;");
+    let code = generate::source(&kernels, &[constants]);
     for line in [
         "pub place: Kernel,",
         "pub struct PlaceBuffers<'a> {",
@@ -156,8 +163,14 @@ fn the_documented_sizes_are_those_of_the_structs() {
 fn shaders_of_pictures_are_reflected_and_checked() {
     let (rasters, errors) = raster::rasters(&shipped(), |_, _, _| Vec::new());
     assert!(errors.is_empty(), "{errors:?}");
-    let code = raster::source(&rasters);
-    for line in ["pub mod picture {", "pub const SOLID: &str = \"solid\";", "assert!(offset_of!(Vertex, uv) == 16,"] {
+    let shading = file("src/render/shading.rs", "pub const LINE: f32 = 0.0015;");
+    let code = raster::source(&rasters, &[shading]);
+    for line in [
+        "pub mod picture {",
+        "pub const SOLID: &str = \"solid\";",
+        "assert!(offset_of!(Vertex, uv) == 16,",
+        "assert!(constants::LINE == crate::render::shading::LINE,",
+    ] {
         assert!(code.contains(line), "{line}");
     }
     const STAGE: &str = "@vertex fn vertex() -> @builtin(position) vec4<f32> { return vec4(0.0); }";

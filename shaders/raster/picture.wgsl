@@ -4,6 +4,7 @@
 // share of the light arrives, and the picture takes it from there wherever it lies in the same plane. A wall is cut
 // into small triangles, at whose corners that is enough.
 #import light
+#import shading
 
 struct View {
     clip: mat4x4<f32>,
@@ -113,18 +114,18 @@ fn holed(it: Fragment, @builtin(front_facing) front: bool) -> @location(0) vec4<
 @fragment
 fn ground(it: Fragment) -> @location(0) vec4<f32> {
     let away = distance(it.position, view.eye);
-    let fade = smoothstep(1.5, 3.2, distance(it.position.xz, view.center.xz) / view.radius);
+    let fade = smoothstep(FADE_FROM, FADE_TO, distance(it.position.xz, view.center.xz) / view.radius);
     var share = vec3(1.0);
     if fade < 1.0 {
-        // A line is one thousandth of the scene wide, and never narrower than a pixel.
-        let steep = max(abs(view.eye.y - it.position.y) / max(away, 1e-6), 0.02);
-        let soft = 0.75 * view.pixel * away / steep;
+        // A line is never narrower than a pixel.
+        let steep = max(abs(view.eye.y - it.position.y) / max(away, LEAST_AWAY), FLATTEST_VIEW);
+        let soft = LINE_EDGE * view.pixel * away / steep;
         let at = (it.position.xz - view.grid_at) / view.grid;
         let off = abs(at - round(at)) * view.grid;
-        let half = 0.0015 * view.radius;
+        let half = LINE * view.radius;
         let line = clamp((half + soft - min(off.x, off.y)) / (2.0 * soft), 0.0, 1.0) * min(half / soft, 1.0);
         let up = vec3(0.0, 1.0, 0.0);
-        share = light(up, arriving(it, up)) / light(up, vec2(1.0)) * (1.0 - 0.16 * line);
+        share = light(up, arriving(it, up)) / light(up, vec2(1.0)) * (1.0 - LINE_SHADE * line);
     }
     return vec4(view.background * mix(share, vec3(1.0), fade), 1.0);
 }
@@ -132,11 +133,11 @@ fn ground(it: Fragment) -> @location(0) vec4<f32> {
 @fragment
 fn wall(it: Fragment, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
     if !front {
-        return vec4(0.5 * view.background, 0.06);
+        return vec4(BACK * view.background, BACK_OPACITY);
     }
     let normal = normalize(it.normal);
     let share = light(normal, it.color.xy) / light(normal, vec2(1.0));
-    return vec4(vec3(0.86, 0.85, 0.83) * mix(vec3(1.0), share, 0.7), 0.6);
+    return vec4(vec3(WALL_RED, WALL_GREEN, WALL_BLUE) * mix(vec3(1.0), share, WALL_SHADE), WALL_OPACITY);
 }
 
 fn shaded(it: Fragment, front: bool) -> vec4<f32> {
@@ -162,7 +163,7 @@ fn arriving(it: Fragment, normal: vec3<f32>) -> vec2<f32> {
     let at = 0.5 * it.clip.xy - 0.5;
     let corner = floor(at);
     let part = at - corner;
-    let tolerance = 0.7 * view.pixel * distance(it.position, view.eye);
+    let tolerance = OFF_PLANE * view.pixel * distance(it.position, view.eye);
     var sum = vec3(0.0);
     for (var i = 0u; i < 4u; i++) {
         let step = vec2(f32(i & 1u), f32(i >> 1u));
@@ -171,14 +172,13 @@ fn arriving(it: Fragment, normal: vec3<f32>) -> vec2<f32> {
         let place = (4.0 * cell + 2.0) / size - 1.0;
         let ray = normalize(view.forward + view.across * place.x - view.upward * place.y);
         let off = dot(view.eye + ray * there.z - it.position, normal) / tolerance;
-        let alike = pow(max(dot(normal, normal_of(there.w)), 0.0), 8.0);
+        let alike = pow(max(dot(normal, normal_of(there.w)), 0.0), f32(ALIKE));
         let near = mix(1.0 - part, part, step);
         let weight = near.x * near.y * alike / (1.0 + off * off * off * off) * f32(there.z > 0.0);
         sum += weight * vec3(there.xy, 1.0);
     }
-    // On edges and thin things nothing was found out; a quarter of the lights is enough for them.
-    let missing = sum.z < 0.15;
-    let exact = share(it.position, normal, select(0u, 4u, missing));
+    let missing = sum.z < LEAST_KNOWN;
+    let exact = share(it.position, normal, select(0u, SPARSE, missing));
     return select(sum.xy / sum.z, exact, missing);
 }
 
@@ -198,13 +198,12 @@ fn share(p: vec3<f32>, normal: vec3<f32>, every: u32) -> vec2<f32> {
     let suns = select(0u, view.suns, every > 0u);
     let skies = select(0u, view.skies, every > 0u);
     let step = max(every, 1u);
-    // A little more than nothing, for surfaces that face no light.
-    var all = vec2(1e-6);
+    var all = vec2(NO_LIGHT);
     var lit = all;
     for (var i = 0u; i < suns; i += step) {
         let it = lights[i];
         let facing = max(dot(normal, it.toward), 0.0);
-        let at = place(it, p + normal * (it.offset * (1.15 - facing)));
+        let at = place(it, p + normal * (it.offset * (GRAZING - facing)));
         let free = textureSampleCompareLevel(sun_depths, nearer, at.xy, i, min(at.z - it.bias, 1.0));
         all.x += facing;
         lit.x += facing * free;
@@ -212,7 +211,7 @@ fn share(p: vec3<f32>, normal: vec3<f32>, every: u32) -> vec2<f32> {
     for (var i = 0u; i < skies; i += step) {
         let it = lights[view.suns + i];
         let facing = max(dot(normal, it.toward), 0.0);
-        let at = place(it, p + normal * (it.offset * (1.15 - facing)));
+        let at = place(it, p + normal * (it.offset * (GRAZING - facing)));
         let free = textureSampleCompareLevel(sky_depths, nearer, at.xy, i, min(at.z - it.bias, 1.0));
         all.y += facing;
         lit.y += facing * free;

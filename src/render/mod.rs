@@ -12,6 +12,7 @@ mod normals;
 mod palette;
 mod room;
 mod scan;
+pub(crate) mod shading;
 mod sheet;
 mod stage;
 mod text;

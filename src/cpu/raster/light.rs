@@ -1,6 +1,7 @@
 //! How much of the sun's and the sky's light arrives where.
 
 use super::{Shading, shade::Fragment};
+use crate::render::shading::{ALIKE, GRAZING, LEAST_KNOWN, NO_LIGHT, OFF_PLANE, SPARSE};
 use crate::render::{Light, SUNS, Screen, Stage, View, unpack_normal};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
@@ -74,7 +75,7 @@ impl Shading<'_> {
         let half = (0.5 * size).ceil();
         let at = 0.5 * it.at - 0.5;
         let (corner, part) = (at.floor(), at - at.floor());
-        let tolerance = 0.7 * pixel * it.position.distance(eye);
+        let tolerance = OFF_PLANE * pixel * it.position.distance(eye);
         let mut sum = Vec3::ZERO;
         for step in [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE] {
             let cell = (corner + step).clamp(Vec2::ZERO, half - 1.0);
@@ -83,13 +84,12 @@ impl Shading<'_> {
             let ray = (forward + across * place.x - upward * place.y).normalize();
             let off = (eye + ray * there.away - it.position).dot(normal) / tolerance;
             let near = (1.0 - part) * (1.0 - step) + part * step;
-            let alike = normal.dot(there.normal).max(0.0).powi(8);
+            let alike = normal.dot(there.normal).max(0.0).powi(ALIKE);
             let known = if there.away > 0.0 { 1.0 } else { 0.0 };
             let weight = known * near.element_product() * alike / (1.0 + off.powi(4));
             sum += weight * there.shares.extend(1.0);
         }
-        // On edges and thin things nothing was found out; a quarter of the lights is enough for them.
-        if sum.z < 0.15 { self.share(it.position, normal, 4) } else { sum.xy() / sum.z }
+        if sum.z < LEAST_KNOWN { self.share(it.position, normal, SPARSE) } else { sum.xy() / sum.z }
     }
 
     /// Light that falls onto a surface, given the shares of the sun's and the sky's that arrive.
@@ -102,14 +102,13 @@ impl Shading<'_> {
 
     /// Shares of the sun's and the sky's light that arrive at a point of a surface, by every n-th light.
     pub fn share(&self, p: Vec3, normal: Vec3, every: usize) -> Vec2 {
-        // A little more than nothing, for surfaces that face no light.
-        let [mut all, mut lit] = [Vec2::splat(1e-6); 2];
+        let [mut all, mut lit] = [Vec2::splat(NO_LIGHT); 2];
         let suns = (0..SUNS as usize).step_by(every);
         for i in suns.chain((SUNS as usize..self.lights.len()).step_by(every)) {
             let (light, map) = (&self.lights[i], &self.maps[i]);
             let facing = normal.dot(light.toward);
             if facing > 0.0 {
-                let at = place(light, p + normal * (light.offset * (1.15 - facing)));
+                let at = place(light, p + normal * (light.offset * (GRAZING - facing)));
                 let free = map.lit(at.xy(), (at.z - light.bias).min(1.0));
                 let which = if i < SUNS as usize { Vec2::X } else { Vec2::Y };
                 all += which * facing;

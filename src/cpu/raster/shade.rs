@@ -1,6 +1,10 @@
 //! What colour a point of a triangle has.
 
 use super::{Shading, middle};
+use crate::render::shading::{
+    BACK, BACK_OPACITY, FADE_FROM, FADE_TO, FLATTEST_VIEW, LEAST_AWAY, LINE, LINE_EDGE, LINE_SHADE, WALL_BLUE,
+    WALL_GREEN, WALL_OPACITY, WALL_RED, WALL_SHADE,
+};
 use crate::render::{Kind, Vertex, View, byte_to_linear, unpack_normal};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles, Vec4, Vec4Swizzles};
 
@@ -91,28 +95,28 @@ impl Shading<'_> {
         let View { eye, pixel, background, grid, center, radius, grid_at, .. } = self.view;
         let p = it.position;
         let away = p.distance(eye);
-        let fade = smoothstep(1.5, 3.2, p.xz().distance(center.xz()) / radius);
+        let fade = smoothstep(FADE_FROM, FADE_TO, p.xz().distance(center.xz()) / radius);
         let mut share = Vec3::ONE;
         if fade < 1.0 {
-            let steep = ((eye.y - p.y).abs() / away.max(1e-6)).max(0.02);
-            let soft = 0.75 * pixel * away / steep;
+            let steep = ((eye.y - p.y).abs() / away.max(LEAST_AWAY)).max(FLATTEST_VIEW);
+            let soft = LINE_EDGE * pixel * away / steep;
             let at = (p.xz() - grid_at) / grid;
             let off = (at - at.round()).abs() * grid;
-            let half = 0.0015 * radius;
+            let half = LINE * radius;
             let line = ((half + soft - off.min_element()) / (2.0 * soft)).clamp(0.0, 1.0) * (half / soft).min(1.0);
             let light = self.light(Vec3::Y, self.arriving(it, Vec3::Y));
-            share = light / self.light(Vec3::Y, Vec2::ONE) * (1.0 - 0.16 * line);
+            share = light / self.light(Vec3::Y, Vec2::ONE) * (1.0 - LINE_SHADE * line);
         }
         (background * share.lerp(Vec3::ONE, fade)).extend(1.0)
     }
 
     fn wall(&self, it: &Fragment) -> Vec4 {
         if !it.front {
-            return (0.5 * self.view.background).extend(0.06);
+            return (BACK * self.view.background).extend(BACK_OPACITY);
         }
         let normal = it.normal.normalize_or(Vec3::Y);
         let share = self.light(normal, it.color.xy()) / self.light(normal, Vec2::ONE);
-        (Vec3::new(0.86, 0.85, 0.83) * Vec3::ONE.lerp(share, 0.7)).extend(0.6)
+        (Vec3::new(WALL_RED, WALL_GREEN, WALL_BLUE) * Vec3::ONE.lerp(share, WALL_SHADE)).extend(WALL_OPACITY)
     }
 }
 
