@@ -13,7 +13,7 @@ fn step(c: &mut Criterion) {
     let world = common::subject(env!("CARGO_MANIFEST_DIR")).world();
     let settings = SimSettings::default();
     let narrow = Separator::new(settings.narrow_phase, &world.hulls);
-    for candidates in [1, Group::best()] {
+    for candidates in [1, Group::lanes()] {
         let placed = starts(&world, candidates as u32, 0);
         let mut group = Group::new(&world, candidates);
         let name = |what: &str| format!("{what}/{candidates}");

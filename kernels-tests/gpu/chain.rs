@@ -54,6 +54,8 @@ fn searched(device: &Device, world: &World, settings: &SearchSettings) -> Result
         population.set_iteration(gpu, iteration);
         let mut recorder = Recorder::new(gpu);
         population.draw(&mut recorder);
+        // Nothing moves.
+        recorder.copy(&population.placed, &population.poses);
         population.rank(&mut recorder);
         recorder.fetch(&population.mean, &mean);
         recorder.fetch(&population.std, &std);

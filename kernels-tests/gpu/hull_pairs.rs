@@ -134,7 +134,7 @@ fn sums_and_flags(device: &Device) -> Result<(), Failed> {
             let totals: Vec<u32> = starts.chunks_exact(pairs + 1).map(|row| row[pairs]).collect();
             let limit = totals[0];
             let sim = Sim { hull_pairs: limit, ..Sim::new(&SimSettings::default(), world.capacities) };
-            let before: Vec<u32> = (0..candidates).map(|i| (i % 2) * Status::ITERATIONS.0).collect();
+            let before: Vec<u32> = (0..candidates).map(|i| (i % 2) * Status::NOT_FINITE.0).collect();
             let flag = |&total: &u32| if total > limit { Status::HULL_PAIRS.0 } else { 0 };
             let expected: Vec<u32> = before.iter().zip(totals.iter().map(flag)).map(|(a, b)| a | b).collect();
             let batch = device.input(&[Batch { pairs: pairs as u32, ..Batch::new(&world, candidates) }])?;

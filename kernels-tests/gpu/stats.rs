@@ -20,7 +20,7 @@ impl Value for Flags {
         if self == other { 0.0 } else { f32::NAN }
     }
     fn spoil(&mut self, _: f32) {
-        self.counts[3] ^= 1;
+        self.counts[2] ^= 1;
     }
 }
 

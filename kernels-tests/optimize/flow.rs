@@ -137,7 +137,7 @@ fn a_simulator_that_always_fails_leaves_the_layout_and_says_so() {
     let boxes = room();
     let outcome = simple(&boxes, &Fake { fails: true, ..Default::default() }, &config());
     assert!(outcome.objects.iter().zip(&boxes.objects).all(|(o, b)| o.pose == b.pose));
-    assert!(outcome.groups.iter().all(|group| group.best.is_none() && group.flagged == [0, 0, 96, 0]));
+    assert!(outcome.groups.iter().all(|group| group.best.is_none() && group.flagged == [0, 0, 96]));
     // Four groups, settling, check.
     assert_eq!(outcome.notes.len(), 6, "{:?}", outcome.notes);
     assert!(outcome.objects.iter().all(|object| object.stable != object.simulated));

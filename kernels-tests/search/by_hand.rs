@@ -55,7 +55,7 @@ fn energy_by_hand() {
         snapshot: &snapshot,
         depths_placed: &depths_placed,
         depths_settled: &depths_settled,
-        status: Status::ITERATIONS,
+        status: Status::default(),
     };
     let found = energy(&world, &weights, &trial);
     // Sums of a few f32 terms below 10.

@@ -49,7 +49,7 @@ fn logarithm(x: vec2<f32>) -> vec2<f32> {
 // finite.
 fn normals(words: vec4<u32>) -> vec4<f32> {
     let radius = sqrt(-2.0 * logarithm(vec2<f32>((words.xz >> vec2(8u)) + vec2(1u)) * PHILOX_UNIT));
-    let turn = sin_cos_turns((vec2<f32>(words.yw >> vec2(8u)) * PHILOX_UNIT - 0.5) * 4.0);
+    let turn = sin_cos_quarters((vec2<f32>(words.yw >> vec2(8u)) * PHILOX_UNIT - 0.5) * 4.0);
     let x = radius * turn[1];
     let y = radius * turn[0];
     return vec4(x.x, y.x, x.y, y.y);

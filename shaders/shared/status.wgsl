@@ -3,9 +3,8 @@
 const STATUS_HULL_PAIRS: u32 = 1u;
 const STATUS_CONTACTS: u32 = 2u;
 const STATUS_NOT_FINITE: u32 = 4u;
-const STATUS_ITERATIONS: u32 = 8u;
-const STATUS_PASSED_OVER: u32 = 16u;
+const STATUS_PASSED_OVER: u32 = 8u;
 
 fn is_usable(status: u32) -> bool {
-    return (status & (STATUS_HULL_PAIRS | STATUS_CONTACTS | STATUS_NOT_FINITE | STATUS_PASSED_OVER)) == 0u;
+    return status == 0u;
 }

@@ -4,13 +4,13 @@ const HALF_PI: f32 = 1.5707964;
 // own.
 fn sin_cos(angle: vec2<f32>) -> mat2x2<f32> {
     const TWO_OVER_PI: f32 = 0.63661975;
-    return sin_cos_turns(angle * TWO_OVER_PI);
+    return sin_cos_quarters(angle * TWO_OVER_PI);
 }
 
 // The same of angles in quarter turns: drivers take two constant factors together.
-fn sin_cos_turns(turns: vec2<f32>) -> mat2x2<f32> {
-    let quarter = round(turns);
-    let x = (turns - quarter) * HALF_PI;
+fn sin_cos_quarters(angle: vec2<f32>) -> mat2x2<f32> {
+    let quarter = round(angle);
+    let x = (angle - quarter) * HALF_PI;
     let z = x * x;
     let sine = x * (1.0 + z * (-0.16666655 + z * (0.008332161 + z * -0.00019515296)));
     let cosine = 1.0 + z * (-0.5 + z * (0.041666646 + z * (-0.0013887316 + z * 0.000024433157)));

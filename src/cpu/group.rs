@@ -71,7 +71,7 @@ pub struct Group {
 
 impl Group {
     /// How many candidates a thread had best take at once: as many as the solver does.
-    pub fn best() -> usize {
+    pub fn lanes() -> usize {
         Solver::lanes(Level::new())
     }
 

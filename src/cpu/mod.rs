@@ -50,7 +50,7 @@ impl Backend for CpuBackend {
     }
 
     fn busy_with(&self) -> usize {
-        rayon::current_num_threads() * Group::best()
+        rayon::current_num_threads() * Group::lanes()
     }
 
     fn simulate(
@@ -159,11 +159,11 @@ impl Rollout for Simulator<'_> {
     type Scratch = Group;
 
     fn at_once(&self) -> usize {
-        Group::best()
+        Group::lanes()
     }
 
     fn scratch(&self) -> Group {
-        Group::new(self.world, Group::best())
+        Group::new(self.world, Group::lanes())
     }
 
     fn run(&self, group: &mut Group, placed: &[Pose], steps: u32, records: &mut [Record], goes_on: &GoesOn<'_>) {

@@ -26,7 +26,7 @@ impl<'a> Population<'a> {
         let mut lineup = Lineup::new(world, candidates);
         lineup.start(starts);
         // More threads than full groups: then each takes fewer candidates.
-        let most = candidates.min(rayon::current_num_threads()).max(candidates.div_ceil(Group::best()));
+        let most = candidates.min(rayon::current_num_threads()).max(candidates.div_ceil(Group::lanes()));
         Self {
             world,
             settings,
@@ -40,7 +40,7 @@ impl<'a> Population<'a> {
     pub fn step(&mut self) {
         let Self { world, settings, narrow, lineup, steppers } = self;
         let running = lineup.workspaces_mut();
-        let size = at_once(running.len(), Group::best());
+        let size = at_once(running.len(), Group::lanes());
         let groups = running.par_chunks_mut(size).zip(steppers);
         groups.for_each(|(group, stepper)| stepper.step((world, settings, narrow), group, &mut ()));
     }

@@ -14,7 +14,7 @@ const TIMED: usize = 128;
 pub fn rollouts(world: &World, settings: &SimSettings, starts: &[Pose]) -> Rollouts {
     let narrow = Separator::new(settings.narrow_phase, &world.hulls);
     let bodies = world.bodies.len().max(1);
-    let size = at_once(starts.len() / bodies, Group::best());
+    let size = at_once(starts.len() / bodies, Group::lanes());
     let mut settled = starts.to_vec();
     let (statuses, contacts): (Vec<Vec<Status>>, Vec<u64>) = settled
         .par_chunks_mut(size * bodies)
@@ -46,7 +46,7 @@ pub fn kernel_times(world: &World, settings: &SimSettings, starts: &[Pose]) -> V
     rollouts(world, settings, &picked);
     let untimed = clock.elapsed().as_secs_f64();
     let narrow = Separator::new(settings.narrow_phase, &world.hulls);
-    let size = at_once(picked.len() / bodies, Group::best());
+    let size = at_once(picked.len() / bodies, Group::lanes());
     let laps = picked
         .par_chunks(size * bodies)
         .map_init(

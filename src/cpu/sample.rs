@@ -4,7 +4,7 @@
 //! = seed, counter = (stage, iteration, candidate, dimension / 4). A candidate's numbers depend on nothing else, so K,
 //! threads and neighbours cannot change them.
 
-use crate::world::{CemSettings, Distribution, Stream, sin_cos_turns};
+use crate::world::{CemSettings, Distribution, Stream, sin_cos_quarters};
 use std::f32::consts::LN_2;
 
 /// Philox4x32-10: four random words for a counter and a key.
@@ -42,7 +42,7 @@ pub fn normals(words: [u32; 4]) -> [f32; 4] {
     const UNIT: f32 = 1.0 / 16_777_216.0;
     let pair = |a: u32, b: u32| {
         let radius = (-2.0 * logarithm(((a >> 8) + 1) as f32 * UNIT)).sqrt();
-        let (sin, cos) = sin_cos_turns(((b >> 8) as f32 * UNIT - 0.5) * 4.0);
+        let (sin, cos) = sin_cos_quarters(((b >> 8) as f32 * UNIT - 0.5) * 4.0);
         [radius * cos, radius * sin]
     };
     let ([a, b], [c, d]) = (pair(words[0], words[1]), pair(words[2], words[3]));

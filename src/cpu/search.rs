@@ -1,7 +1,7 @@
 //! The Cross-Entropy search on the processor: sample, then place, simulate, energy and elites in every round, moments,
 //! once per iteration.
 //!
-//! Candidates run in parallel, each writing to its own slots, so threads cannot change the result. All buffers are made
+//! Candidates run in parallel, each writing to its own slots, so threads cannot change the result. All of these are made
 //! at the start. Poses are not kept: the winner is simulated again when it is asked for, which gives the same bits.
 //!
 //! A round needs its best candidates only. Large rounds go in waves, and what is sure to cost more than the worst of
@@ -103,7 +103,7 @@ struct Worker<S> {
 /// About how many bytes a search holds: numbers for every candidate, simulation slots for every thread's group.
 pub fn bytes(world: &World, candidates: u32) -> u64 {
     let row = 4 * world.dimensions() + size_of::<(Energy, Status)>() + size_of::<Found>() + 12;
-    let slots = rayon::current_num_threads() * Group::best();
+    let slots = rayon::current_num_threads() * Group::lanes();
     (u64::from(candidates) + 1) * row as u64 + slots as u64 * world.slot_bytes()
 }
 

@@ -85,7 +85,7 @@ fn simulation(world: &World) -> [Row; 39] {
 fn population(world: &World, cem: &CemSettings) -> u64 {
     let [bodies, pairs, units] = [world.bodies.len(), world.pairs.len(), world.units.len()];
     let (candidates, width) = (cem.drawn() as usize, world.dimensions());
-    let poses = 2 * bytes::<Pose>(bodies) + 2 * bytes::<Velocity>(bodies) + 2 * bytes::<f32>(pairs);
+    let poses = 2 * bytes::<Pose>(bodies) + bytes::<Velocity>(bodies) + 2 * bytes::<f32>(pairs);
     let ranks = bytes::<u32>(2) + bytes::<Energy>(1);
     let shared = bytes::<Body>(bodies) + bytes::<Unit>(units) + 2 * bytes::<Pose>(bodies) + bytes::<f32>(3 * width);
     let once = size_of::<(Batch, Weights, Update, Draw, Winner, Flags, Stats)>() as u64 + bytes::<u32>(2);

@@ -1,6 +1,6 @@
 //! All buffers of one search, and the kernels before and after the simulation of its candidates.
 //!
-//! Everything is made here once. An iteration records `draw`, the simulation of `poses` and `velocities`, and `rank`;
+//! Everything is made here once. An iteration records `draw`, the simulation of `placed` into `poses`, and `rank`;
 //! nothing comes back but what the caller fetches.
 
 use super::buffer::Buffer;
@@ -39,10 +39,8 @@ pub struct Population {
     pub deltas: Buffer<f32>,
     /// Poses at placement, `[candidates][bodies]`.
     pub placed: Buffer<Pose>,
-    /// What the simulation moves, `[candidates][bodies]`: at first as placed.
+    /// Poses at the end of the simulation, `[candidates][bodies]`.
     pub poses: Buffer<Pose>,
-    /// `[candidates][bodies]`: at first at rest.
-    pub velocities: Buffer<Velocity>,
     /// Velocities of step τ, `[candidates][bodies]`.
     pub snapshot: Buffer<Velocity>,
     /// Deepest overlaps at placement, `[candidates][pairs]`, m.
@@ -111,7 +109,6 @@ impl Population {
         let deltas = Buffer::new(gpu, "deltas", (candidates + 1) * world.dimensions())?;
         let placed = Buffer::new(gpu, "placed", rows)?;
         let poses = Buffer::new(gpu, "poses", rows)?;
-        let velocities = Buffer::new(gpu, "velocities", rows)?;
         let snapshot = Buffer::new(gpu, "snapshot", rows)?;
         let depths_placed = Buffer::new(gpu, "depths_placed", depths)?;
         let depths_settled = Buffer::new(gpu, "depths_settled", depths)?;
@@ -223,7 +220,6 @@ impl Population {
             deltas,
             placed,
             poses,
-            velocities,
             snapshot,
             depths_placed,
             depths_settled,
@@ -261,12 +257,9 @@ impl Population {
         self.std.upload(gpu, &distribution.std);
     }
 
-    /// Draws and places the candidates: at rest, with no fault yet.
+    /// Draws and places the candidates.
     pub fn draw(&self, recorder: &mut Recorder<'_>) {
         recorder.run(&self.drawing);
-        recorder.copy(&self.placed, &self.poses);
-        recorder.clear(&self.velocities);
-        recorder.clear(&self.statuses);
     }
 
     /// Places what `deltas` holds.

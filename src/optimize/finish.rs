@@ -14,9 +14,21 @@ use super::{
     support,
     verify::{Motion, Verified, verify},
 };
-use crate::scene::{self, Parent};
+use crate::scene;
 use crate::world::{BackendError, Flow, Pose, World, angle_between};
 use std::time::Instant;
+
+/// What the check of a layout found.
+struct Checked {
+    /// The bodies and parts that are written.
+    written: Written,
+    /// None if nothing could be simulated.
+    verified: Option<Verified>,
+    /// Whether each object stays with its other parts.
+    otherwise: Vec<bool>,
+    /// Each object's deepest overlap with another, m.
+    overlaps: Vec<f32>,
+}
 
 impl Run<'_> {
     /// Settles and checks the layout that the search left. Both also run after an early stop: they are short, and an
@@ -30,54 +42,27 @@ impl Run<'_> {
         let mut layout = state.layout();
         let mut timings = Timings { seat: self.seat_seconds, ..timings(&self.groups, &state.groups) };
         let (mut settled_after, mut at_rest) = (0.0, true);
-        let mut written = Written::new(self.shapes, &layout, &vec![true; layout.len()]);
-        let mut verified = None;
-        let mut overlaps = vec![0.0; layout.len()];
-        let mut otherwise = vec![true; layout.len()];
-        let clearances;
+        let mut moving = None;
         if let Some(global) = self.groups.last() {
-            let world = global.world(&self.rigs, &self.walls, &layout, &self.seated);
             let clock = Instant::now();
             observer.event(Event::Settling);
-            let starts = global.starts(&self.rigs, &self.walls, &layout);
-            (settled_after, at_rest) = self.settle(global, &world, &starts, &mut layout, &mut state.notes)?;
+            (settled_after, at_rest) = self.settle(global, &mut layout, &mut state.notes)?;
             let opinions = Opinions::new(self, global, &layout, observer.stop())?;
             if finished && self.config.second_opinion {
                 finished = opinions.improve(&mut layout, &mut state, observer)? == Flow::Continue;
             }
             timings.settle = clock.elapsed().as_secs_f64();
-
-            let clock = Instant::now();
-            observer.event(Event::Parting);
-            clearances = self.part(&mut layout);
-            timings.exact = clock.elapsed().as_secs_f64();
-
-            let clock = Instant::now();
-            observer.event(Event::Verifying);
-            (written, verified) = self.written(global, &layout)?;
-            otherwise = opinions.second(&layout)?;
-            state.notes.extend(opinions.filled.iter().map(|&object| {
-                format!(
-                    "\"{}\": convex parts of other kinds fill what is in it; load those that the result names",
-                    self.scene.objects[object].name
-                )
-            }));
-            timings.verify = clock.elapsed().as_secs_f64();
-            let (world, starts) = self.let_go(global, &written.rigs, &layout);
-            let depths = self.backend.overlaps(&world, &self.config.fine(), &starts)?;
-            for (pair, &depth) in world.pairs.iter().zip(&depths) {
-                // A wall is no object.
-                for &object in pair.iter().filter_map(|&body| global.objects.get(body as usize)) {
-                    overlaps[object] = depth.max(overlaps[object]);
-                }
-            }
-            if verified.is_none() {
-                state.notes.push("the check could not be simulated: nothing is known to be stable".into());
-            }
-        } else {
-            clearances = self.part(&mut layout);
-            state.notes.push("nothing in the scene is movable: no search, no simulation".into());
+            moving = Some((global, opinions));
         }
+        let clock = Instant::now();
+        observer.event(Event::Parting);
+        let clearances = self.part(&mut layout);
+        timings.exact = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        observer.event(Event::Verifying);
+        let checked = self.check(moving.as_ref(), &layout, &mut state.notes)?;
+        timings.verify = clock.elapsed().as_secs_f64();
         if !clearances.complete {
             state.notes.push("the meshes are too large to be looked at whole: some may still overlap".into());
         }
@@ -88,7 +73,7 @@ impl Run<'_> {
             let [object, parent] = pair.map(|i| &self.scene.objects[i].name);
             format!("\"{object}\" does not touch \"{parent}\", which is to hold it, and keeps its place: see to it")
         }));
-        for (object, overlap) in self.scene.objects.iter().zip(&overlaps).filter(|(_, overlap)| **overlap > JAMMED) {
+        for (object, overlap) in self.scene.objects.iter().zip(&checked.overlaps).filter(|(_, deep)| **deep > JAMMED) {
             state.notes.push(format!(
                 "\"{}\" is stuck {:.0} mm deep in another object: engines throw such things apart",
                 object.name,
@@ -98,8 +83,8 @@ impl Run<'_> {
         Ok(Outcome {
             room: self.room.clone(),
             placements,
-            objects: self.assess(&layout, (verified.as_ref(), &written.rigs), &otherwise, &overlaps),
-            parts: written.parts,
+            objects: self.assess(&layout, &checked),
+            parts: checked.written.parts,
             groups: state.groups,
             iterations: state.iterations,
             finished,
@@ -109,6 +94,40 @@ impl Run<'_> {
             clearances,
             notes: state.notes,
         })
+    }
+
+    /// Checks a layout: what is written of it, and with the other parts. `moving`: what is movable, if anything is.
+    fn check(
+        &self,
+        moving: Option<&(&Group, Opinions)>,
+        layout: &Vec<scene::Pose>,
+        notes: &mut Vec<String>,
+    ) -> Result<Checked, BackendError> {
+        let Some((global, opinions)) = moving else {
+            notes.push("nothing in the scene is movable: no search, no simulation".into());
+            let written = Written::new(self.shapes, layout, &vec![true; layout.len()]);
+            let (otherwise, overlaps) = (vec![true; layout.len()], vec![0.0; layout.len()]);
+            return Ok(Checked { written, verified: None, otherwise, overlaps });
+        };
+        let (written, verified) = self.written(global, layout)?;
+        let otherwise = opinions.second(layout)?;
+        notes.extend(opinions.filled.iter().map(|&object| {
+            let name = &self.scene.objects[object].name;
+            format!("\"{name}\": convex parts of other kinds fill what is in it; load those that the result names")
+        }));
+        if verified.is_none() {
+            notes.push("the check could not be simulated: nothing is known to be stable".into());
+        }
+        let (world, starts) = self.let_go(global, &written.rigs, layout);
+        let depths = self.backend.overlaps(&world, &self.config.fine(), &starts)?;
+        let mut overlaps = vec![0.0; layout.len()];
+        for (pair, &depth) in world.pairs.iter().zip(&depths) {
+            // A wall is no object.
+            for &object in pair.iter().filter_map(|&body| global.objects.get(body as usize)) {
+                overlaps[object] = depth.max(overlaps[object]);
+            }
+        }
+        Ok(Checked { written, verified, otherwise, overlaps })
     }
 
     fn part(&self, layout: &mut [scene::Pose]) -> Clearances {
@@ -147,10 +166,7 @@ impl Run<'_> {
             if moving.is_empty() {
                 return Ok((written, Some(checked)));
             }
-            keep(&mut kept, &moving, |object| match self.scene.objects[object].parent {
-                Parent::Object(bearer) => Some(bearer),
-                _ => None,
-            });
+            keep(&mut kept, &moving, |object| self.scene.bearers(object).next());
         }
         Ok((searched, Some(known)))
     }
@@ -158,8 +174,6 @@ impl Run<'_> {
     fn settle(
         &self,
         global: &Group,
-        world: &World,
-        starts: &[Pose],
         layout: &mut [scene::Pose],
         notes: &mut Vec<String>,
     ) -> Result<(f64, bool), BackendError> {
@@ -167,7 +181,9 @@ impl Run<'_> {
         if settings.max_seconds == 0.0 {
             return Ok((0.0, false));
         }
-        let settled = settle(self.backend, world, &self.config.fine(), settings, starts, &to_rest)?;
+        let world = global.world(&self.rigs, &self.walls, layout, &self.seated);
+        let starts = global.starts(&self.rigs, &self.walls, layout);
+        let settled = settle(self.backend, &world, &self.config.fine(), settings, &starts, &to_rest)?;
         if !settled.usable[0] {
             notes.push("settling could not be simulated: the search's layout is kept as it is".into());
             return Ok((0.0, false));
@@ -175,19 +191,13 @@ impl Run<'_> {
         if !settled.at_rest {
             notes.push(format!("something still moved after {} s of settling", settings.max_seconds));
         }
-        global.adopt(&self.rigs, starts, &settled.poses, layout);
+        global.adopt(&self.rigs, &starts, &settled.poses, layout);
         Ok((settled.seconds, settled.at_rest))
     }
 
-    /// What became of every object. `otherwise`: whether it stays with its other parts; `overlaps`: deepest overlap
-    /// with another, m.
-    fn assess(
-        &self,
-        layout: &[scene::Pose],
-        (verified, rigs): (Option<&Verified>, &[Rig]),
-        otherwise: &[bool],
-        overlaps: &[f32],
-    ) -> Vec<ObjectOutcome> {
+    /// What became of every object.
+    fn assess(&self, layout: &[scene::Pose], checked: &Checked) -> Vec<ObjectOutcome> {
+        let Checked { written: Written { rigs, .. }, verified, otherwise, overlaps } = checked;
         let mut bodies: Vec<Pose> = rigs.iter().zip(layout).map(|(rig, pose)| rig.body(pose)).collect();
         let mut motions = vec![None; layout.len()];
         if let (Some(verified), Some(global)) = (verified, self.groups.last()) {

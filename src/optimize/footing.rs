@@ -1,7 +1,7 @@
 //! The parts that are written: what bears in the result does so with faces of four corners.
 
 use super::rig::Rig;
-use super::tolerances::{FOOT_WITHIN, SAME, UPWARDS};
+use super::tolerances::{FOOT_UPWARD, FOOT_WITHIN, SAME};
 use crate::scene::Pose;
 use crate::shape::{MassProperties, Part, Shape, four_cornered};
 use glam::{DVec3, Vec3};
@@ -45,7 +45,7 @@ impl<'a> Piece<'a> {
 
     /// It bears towards this direction of the world, unless that is sideways.
     fn bears(&mut self, direction: DVec3) {
-        if direction.y.abs() < UPWARDS {
+        if direction.y.abs() < FOOT_UPWARD {
             return;
         }
         let direction = (self.pose.rotation.conjugate() * direction).as_vec3().normalize();

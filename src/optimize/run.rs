@@ -8,7 +8,6 @@ use super::{
     rig::Rig,
     room::{Form, Placement, Placer, Room, stands},
     seat::{Seat, Unsteady},
-    tolerances::ANOTHER_PLACE,
 };
 use crate::scene::{self, Scene};
 use crate::shape::Shape;
@@ -150,50 +149,22 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn seat<'b>(&'b self, room: &'b Room) -> Seat<'b> {
+    pub fn seat<'b>(&'b self, room: &'b Room) -> Seat<'b> {
         let Self { scene, rigs, alternatives, backend, forms, .. } = self;
-        let (simulation, settings) = (self.config.fine(), &self.config.settle);
-        Seat { scene, rigs, alternatives, backend: *backend, simulation, settings, room, forms, loaded: false }
-    }
-
-    /// The layout with an object, and what is on it, set down in so many poses of rest near to how it was reconstructed at
-    /// `most`, the best first, on its parent and leaning on what is there: near where it was set before the search, or near
-    /// where it is if there is no rest for it.
-    pub fn set_down_among_others(
-        &self,
-        object: usize,
-        layout: &[scene::Pose],
-        most: usize,
-    ) -> Result<Vec<Vec<scene::Pose>>, BackendError> {
-        let center = |pose: &scene::Pose| self.rigs[object].center_of(pose).with_y(0.0);
-        let (here, place) = (layout[object], self.place(object, layout));
-        let mut layouts = Vec::new();
-        if center(&place).distance(center(&here)) > ANOTHER_PLACE {
-            layouts = self.set_down_near(object, &place, layout)?;
+        let Config { settle: settings, energy, .. } = self.config;
+        let (simulation, position) = (self.config.fine(), f64::from(energy.position));
+        Seat {
+            scene,
+            rigs,
+            alternatives,
+            backend: *backend,
+            simulation,
+            settings,
+            position,
+            room,
+            forms,
+            loaded: false,
         }
-        if layouts.is_empty() {
-            layouts = self.set_down_near(object, &here, layout)?;
-        }
-        layouts.truncate(most);
-        Ok(layouts)
-    }
-
-    fn set_down_near(
-        &self,
-        object: usize,
-        pose: &scene::Pose,
-        layout: &[scene::Pose],
-    ) -> Result<Vec<Vec<scene::Pose>>, BackendError> {
-        let (seat, mut as_input) = (self.seat(&self.room), layout.to_vec());
-        seat.carry(object, self.rigs[object].turned(pose, self.input[object].rotation), &mut as_input);
-        // What lies is lower than it stands.
-        seat.settle_height(object, &mut as_input);
-        let set_down = |pose| {
-            let mut layout = as_input.clone();
-            seat.carry(object, pose, &mut layout);
-            layout
-        };
-        Ok(seat.rests_among_others(object, &as_input)?.into_iter().map(set_down).collect())
     }
 
     /// The second mean that the group's search starts from, if it has one.

@@ -6,7 +6,7 @@
 //! from anywhere.
 
 use super::rig::Rig;
-use super::tolerances::{BEARS_WITHIN, UPWARD};
+use super::tolerances::{BEARS_UPWARD, BEARS_WITHIN};
 use crate::scene::{self, Parent, Relation, Root, Scene};
 use crate::world::Pose;
 use glam::Vec3;
@@ -39,7 +39,7 @@ impl<'a> Placed<'a> {
             other.parts.iter().filter(|(_, box_b)| box_a.intersects(box_b)).any(|(b, _)| {
                 let touch = touch((&self.pose, a), (&other.pose, b));
                 let from_above = |touch: Contact| {
-                    touch.normal1.y >= UPWARD && !(on_ground && touch.point1.y > other.lowest + BEARS_WITHIN)
+                    touch.normal1.y >= BEARS_UPWARD && !(on_ground && touch.point1.y > other.lowest + BEARS_WITHIN)
                 };
                 touch.is_some_and(|touch| from_anywhere || from_above(touch))
             })

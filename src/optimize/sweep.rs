@@ -31,6 +31,12 @@ pub(super) fn overlap_interval(
     Some([below + cast(below, 1.0)?, above - cast(above, -1.0)?])
 }
 
+/// The first shift from nought on that lies in none of the intervals, m; where two meet there is none between them.
+pub(super) fn first_gap(mut intervals: Vec<[f64; 2]>) -> f64 {
+    intervals.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    intervals.into_iter().fold(0.0, |at, [low, high]| if low <= at { high.max(at) } else { at })
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -55,5 +61,11 @@ mod tests {
         near(interval(Vec3::new(0.2, 3.0, 0.0), Vec3::Y, 0.0), [-4.0, -2.0]);
         near(interval(Vec3::new(3.0, 0.0, 0.2), Vec3::X, 0.1), [-4.1, -1.9]);
         assert!(interval(Vec3::new(2.0, 3.0, 0.0), Vec3::Y, 0.0).is_none());
+    }
+
+    #[test]
+    fn the_first_gap_is_behind_all_that_meets_nought() {
+        assert_eq!(first_gap(vec![[0.1, 0.2]]), 0.0);
+        assert_eq!(first_gap(vec![[0.3, 0.5], [-1.0, 0.1], [0.1, 0.2], [0.0, 0.05]]), 0.2);
     }
 }

@@ -32,7 +32,7 @@ pub(super) const JAMMED: f32 = 2e-3;
 pub(super) const BEARS_WITHIN: f32 = 0.005;
 
 /// Smallest upward share of the direction in which what bears an object pushes it (about 15° above the horizontal).
-pub(super) const UPWARD: f32 = 0.25;
+pub(super) const BEARS_UPWARD: f32 = 0.25;
 
 /// How far from where it was set onto its support a free place is looked for, m …
 pub(super) const FREE_WITHIN: f64 = 0.1;
@@ -42,9 +42,6 @@ pub(super) const FREE_STEP: f64 = 0.01;
 
 /// What stands farther than this from where it was set onto its support was thrown there, m.
 pub(super) const FAR: f64 = 0.25;
-
-/// What has gone aside by more than this from there is set down anew there, m: nearer places are among those around it.
-pub(super) const ANOTHER_PLACE: f64 = 0.06;
 
 /// What is farther is out of reach, m.
 pub(super) const MOST_FAR: f64 = 10.0;
@@ -65,7 +62,7 @@ pub(super) const FOOTINGS: usize = 6;
 pub(super) const FOOT_WITHIN: f32 = 1e-3;
 
 /// What bears does so in a direction with at least this vertical share (45°).
-pub(super) const UPWARDS: f64 = 0.7;
+pub(super) const FOOT_UPWARD: f64 = 0.7;
 
 /// Directions nearer to each other than this are one (cosine, 1°).
 pub(super) const SAME: f32 = 0.9998;

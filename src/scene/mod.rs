@@ -150,6 +150,18 @@ impl Scene {
         found
     }
 
+    /// What an object stands on, what that stands on, and so on.
+    pub fn bearers(&self, object: usize) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(self.parent(object), |&object| self.parent(object))
+    }
+
+    fn parent(&self, object: usize) -> Option<usize> {
+        match self.objects[object].parent {
+            Parent::Object(parent) => Some(parent),
+            Parent::Root(_) => None,
+        }
+    }
+
     /// True for what takes no part in simulation: objects on a wall or ceiling, hanging ones and those not movable.
     pub fn is_static(&self, i: usize) -> bool {
         let object = &self.objects[i];

@@ -28,6 +28,11 @@ pub type OnStep<'a> = dyn FnMut(u32, &[Pose], &[Velocity]) -> Flow + 'a;
 pub type OnCandidate<'a> = dyn FnMut(usize, &[Pose], &[Velocity]) -> Flow + 'a;
 
 /// Simulates many copies of one small world.
+///
+/// # Errors
+/// What gives a `Result` here and in `Search` fails with `Capacity` where the world or the candidates do not fit onto the
+/// device, with `Unsupported` where the settings ask for a narrow phase that it does not have, and with `Device` where the
+/// device itself failed. What goes wrong in a candidate is no error but its `Status`.
 pub trait Backend: Send + Sync {
     /// One line for the report: name and processor.
     fn describe(&self) -> String;
@@ -49,7 +54,7 @@ pub trait Backend: Send + Sync {
     }
 
     /// Steps every candidate of `starts` (candidate-major: `starts[candidate * bodies + body]`), at rest at first.
-    /// `on_step` is called after every step.
+    /// `on_step` is called after every step. Gives each candidate's status.
     fn simulate(
         &self,
         world: &World,
@@ -89,7 +94,8 @@ pub trait Backend: Send + Sync {
         None
     }
 
-    /// Deepest overlap of every pair of `World::pairs` with one body a pose, m.
+    /// How deep the two bodies of each of `World::pairs` overlap at `poses` (one for each body), m: the deepest of their hull
+    /// pairs, 0 where none overlap.
     fn overlaps(&self, world: &World, settings: &SimSettings, poses: &[Pose]) -> Result<Vec<f32>, BackendError>;
 
     /// Simulates every candidate of `starts` from rest to its end, as fast as this backend can: what `bench` measures.
@@ -113,7 +119,7 @@ pub trait Backend: Send + Sync {
         Ok(Vec::new())
     }
 
-    /// Prepares a search over the world's units; nothing is allocated in its loop.
+    /// Prepares a search over the world's units: all tables of its candidates are made here, none while it runs.
     fn search<'a>(
         &'a self,
         world: &'a World,

@@ -23,7 +23,7 @@ pub use body::{Body, BodyDef, Capacities, STATIC, Unit, World};
 pub use hulls::{Edge, Face, Hull, HullTables};
 pub use memory::{MemoryPlan, free_memory};
 pub use outline::Outline;
-pub use pose::{Pose, Velocity, angle_between, compose, from_scaled_axis, sin_cos_turns, unit_rotation};
+pub use pose::{Pose, Velocity, angle_between, compose, from_scaled_axis, sin_cos_quarters, unit_rotation};
 pub use rollouts::{KernelTime, Rollouts};
 pub use settings::{CemSettings, EnergyWeights, NarrowPhase, PenetrationMode, Round, SimSettings};
 pub use status::{Fault, Status};

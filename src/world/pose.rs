@@ -89,14 +89,14 @@ impl Velocity {
 /// drivers differ in the last bit (polynomials of the Cephes library).
 #[inline]
 fn sin_cos(angle: f32) -> (f32, f32) {
-    sin_cos_turns(angle * FRAC_2_PI)
+    sin_cos_quarters(angle * FRAC_2_PI)
 }
 
 /// The same of an angle in quarter turns: drivers take two constant factors together.
 #[inline]
-pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
-    let quarter = turns.round_ties_even();
-    let x = (turns - quarter) * FRAC_PI_2;
+pub fn sin_cos_quarters(angle: f32) -> (f32, f32) {
+    let quarter = angle.round_ties_even();
+    let x = (angle - quarter) * FRAC_PI_2;
     let z = x * x;
     let sine = x * (1.0 + z * (-0.166_666_55 + z * (0.008_332_161 + z * -0.000_195_152_96)));
     let cosine = 1.0 + z * (-0.5 + z * (0.041_666_646 + z * (-0.001_388_731_6 + z * 0.000_024_433_157)));

@@ -16,7 +16,8 @@ pub struct SimSettings {
     /// Solver iterations per substep; each advances the bodies by `dt / (substeps · iterations)` (temporal
     /// Gauss–Seidel).
     pub position_iterations: u32,
-    /// Relaxing iterations without push-out at the end of a substep.
+    /// Sweeps without push-out at the end of a substep. Those that end every small step count as the first: 0 and 1 add
+    /// none.
     pub velocity_iterations: u32,
     /// Vertical acceleration, m/s².
     pub gravity: f32,

@@ -25,13 +25,11 @@ impl Status {
     pub const CONTACTS: Self = Self(2);
     /// A pose or velocity became NaN or infinite.
     pub const NOT_FINITE: Self = Self(4);
-    /// The narrow phase gave up on a hull pair within its iteration limit.
-    pub const ITERATIONS: Self = Self(8);
     /// Not a fault: others were better, and it was not simulated to its end (`CemSettings::rounds`).
-    pub const PASSED_OVER: Self = Self(16);
+    pub const PASSED_OVER: Self = Self(8);
 
     /// Every fault, for reports.
-    pub const FAULTS: [Fault; 4] = [
+    pub const FAULTS: [Fault; 3] = [
         Fault {
             bit: Self::HULL_PAIRS,
             name: "hull pairs over capacity",
@@ -47,11 +45,6 @@ impl Status {
             name: "not finite",
             remedy: "look for an object whose mass or size is out of proportion to the others'",
         },
-        Fault {
-            bit: Self::ITERATIONS,
-            name: "narrow phase out of iterations",
-            remedy: "look at what touches there: a contact may be missing; simpler convex parts cure it",
-        },
     ];
 
     /// Sets the bits of `other`.
@@ -66,6 +59,6 @@ impl Status {
 
     /// True if the result is whole: energies of other candidates are +∞ and never win.
     pub fn is_usable(self) -> bool {
-        !self.intersects(Self(Self::HULL_PAIRS.0 | Self::CONTACTS.0 | Self::NOT_FINITE.0 | Self::PASSED_OVER.0))
+        self == Self::default()
     }
 }

@@ -28,7 +28,7 @@ pub struct Give<S: Simd>([Number<S>; 2]);
 impl<S: Simd> Wide<S> {
     /// Gives the contacts of these candidates, which have none yet, their loads.
     #[inline(always)]
-    pub fn find_loads(&mut self, settings: &SimSettings, candidates: &mut [Workspace]) {
+    pub fn first_loads(&mut self, settings: &SimSettings, candidates: &mut [Workspace]) {
         let everyone = all(self.simd, true);
         let rest = Vector::splat(self.simd, Vec3::ZERO);
         let fall = Vector::splat(self.simd, Vec3::Y * settings.gravity);

@@ -106,7 +106,7 @@ impl<S: Simd> Substep for Wide<S> {
                 #[inline(always)]
                 || {
                     self.load(bodies, settings, &soft, candidates);
-                    Wide::find_loads(self, settings, candidates);
+                    self.first_loads(settings, candidates);
                 },
             );
         }

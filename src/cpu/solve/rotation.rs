@@ -34,7 +34,7 @@ impl<S: Simd> Rotation<S> {
     pub fn from_scaled_axis(v: Vector<S>) -> Self {
         let simd = v.token();
         let angle = v.dot(v).sqrt();
-        let [sine, cosine] = sin_cos_turns::<S>(angle * 0.5 * FRAC_2_PI);
+        let [sine, cosine] = sin_cos_quarters::<S>(angle * 0.5 * FRAC_2_PI);
         let still = angle.simd_eq(0.0);
         let Self { xyz, w } = Self::identity(simd);
         Self { xyz: xyz.or(still, v / angle * sine), w: still.select(w, cosine) }
@@ -75,11 +75,11 @@ impl<S: Simd> Rotation<S> {
     }
 }
 
-/// Sine and cosine of angles in quarter turns: `world::sin_cos_turns`.
+/// Sine and cosine of angles in quarter turns: `world::sin_cos_quarters`.
 #[inline(always)]
-fn sin_cos_turns<S: Simd>(turns: Number<S>) -> [Number<S>; 2] {
-    let quarter = turns.round_ties_even();
-    let x = (turns - quarter) * FRAC_PI_2;
+fn sin_cos_quarters<S: Simd>(angle: Number<S>) -> [Number<S>; 2] {
+    let quarter = angle.round_ties_even();
+    let x = (angle - quarter) * FRAC_PI_2;
     let z = x * x;
     let sine = x * (z * (z * (z * -0.000_195_152_96 + 0.008_332_161) + -0.166_666_55) + 1.0);
     let cosine = z * (z * (z * (z * 0.000_024_433_157 + -0.001_388_731_6) + 0.041_666_646) + -0.5) + 1.0;

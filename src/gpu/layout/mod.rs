@@ -139,7 +139,7 @@ pub struct Sim {
     pub small_step: f32,
     /// Small steps of a substep.
     pub small_steps: u32,
-    /// Relaxing sweeps at the end of a substep, and one.
+    /// `SimSettings::velocity_iterations`.
     pub velocity_iterations: u32,
     /// m
     pub contact_offset: f32,
@@ -211,7 +211,6 @@ const _: () = {
     assert!(constants::STATUS_HULL_PAIRS == Status::HULL_PAIRS.0);
     assert!(constants::STATUS_CONTACTS == Status::CONTACTS.0);
     assert!(constants::STATUS_NOT_FINITE == Status::NOT_FINITE.0);
-    assert!(constants::STATUS_ITERATIONS == Status::ITERATIONS.0);
     assert!(constants::STATUS_PASSED_OVER == Status::PASSED_OVER.0);
     assert!(constants::INFINITY_BITS == f32::INFINITY.to_bits());
 };

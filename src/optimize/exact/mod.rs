@@ -12,6 +12,7 @@ mod walls;
 
 use super::directions::directions;
 use super::room::Room;
+use super::sweep::first_gap;
 use crate::scene::{Parent, Pose, Root, Scene};
 use crate::shape::Shape;
 use glam::{DMat3, DVec3};
@@ -19,7 +20,7 @@ use std::cell::Cell;
 use surface::{Budget, Surface};
 use tolerances::{
     ASIDE, DROP, LOAD, MAX_MOVE, MAX_MOVE_HUNG, MAX_PAIRS, REACHES, REST, ROUNDS, SIDEWAYS, SINK, SPARES, TOO_NEAR,
-    TOUCHING, UPWARDS,
+    TOUCHING, UP,
 };
 use walls::Walls;
 
@@ -61,6 +62,15 @@ pub fn part_meshes(scene: &Scene, shapes: &[Shape], room: &Room, layout: &mut [P
 /// How the meshes of a layout lie.
 pub(super) fn look(scene: &Scene, shapes: &[Shape], room: &Room, layout: &[Pose]) -> Clearances {
     Exact::new(scene, shapes, room, layout).clearances()
+}
+
+/// What a move is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Aim {
+    /// That two meshes come apart, any way.
+    Apart,
+    /// Room between two that stand side by side: sideways, and only where there is some.
+    Room,
 }
 
 /// A direction in which an object may be moved.
@@ -128,7 +138,7 @@ impl<'a> Exact<'a> {
             budget: Cell::new(MAX_PAIRS),
             moving: (0..layout.len()).map(moving).collect(),
             shifts: vec![DVec3::ZERO; layout.len()],
-            up: Heading::new(DVec3::Y, REST, UPWARDS),
+            up: Heading::new(DVec3::Y, REST, UP),
             down: Heading::new(DVec3::NEG_Y, REST, 1.0),
             aside: directions().map(|aside| Heading::new(aside, ASIDE, 1.0)).collect(),
             askew: directions().map(|aside| Heading::new((aside + DVec3::Y).normalize(), ASIDE, 1.0)).collect(),
@@ -144,11 +154,12 @@ impl<'a> Exact<'a> {
             self.lift_from_ground();
             let mut touching = self.near(TOUCHING);
             // What an object rests on comes before what stands beside it.
-            touching.sort_by_key(|&(i, j, _)| (!self.bears(i, j) && !self.bears(j, i), i, j));
+            let bears = |bearer: usize, object: usize| self.scene.bearers(object).any(|other| other == bearer);
+            touching.sort_by_key(|&(i, j, _)| (!bears(i, j) && !bears(j, i), i, j));
             let mut moved = false;
             for (i, j, _) in touching {
                 if self.way(i, j, TOUCHING).is_some()
-                    && let Some(step) = self.parting(i, j, TOUCHING, false)
+                    && let Some(step) = self.parting(i, j, TOUCHING, Aim::Apart)
                 {
                     self.apply(step);
                     moved = true;
@@ -190,7 +201,7 @@ impl<'a> Exact<'a> {
                 let length = way.length();
                 length >= TOUCHING && way.y.abs() < SIDEWAYS * length
             });
-            if sideways && let Some(step) = self.parting(i, j, TOO_NEAR, true) {
+            if sideways && let Some(step) = self.parting(i, j, TOO_NEAR, Aim::Room) {
                 self.apply(step);
             }
         }
@@ -221,34 +232,23 @@ impl<'a> Exact<'a> {
         self.surfaces[i].way(&self.surfaces[j], self.shifts[i] - self.shifts[j], reach, &self.budget)
     }
 
-    fn bears(&self, bearer: usize, object: usize) -> bool {
-        let mut parent = self.scene.objects[object].parent;
-        while let Parent::Object(next) = parent {
-            if next == bearer {
-                return true;
-            }
-            parent = self.scene.objects[next].parent;
-        }
-        false
-    }
-
     /// The cheapest move that parts two objects by `reach` and leads to a place that is free of all others; without one
-    /// and unless `free` is asked for, the cheapest that parts the two.
-    fn parting(&self, i: usize, j: usize, reach: f64, free: bool) -> Option<Move> {
+    /// and if they are to come apart, the cheapest that parts the two.
+    fn parting(&self, i: usize, j: usize, reach: f64, aim: Aim) -> Option<Move> {
         let mut nearest = None;
         for within in REACHES.into_iter().chain([MAX_MOVE_HUNG]) {
-            let moves = self.moves(i, j, reach, within, free);
+            let moves = self.moves(i, j, reach, within, aim);
             let clear = moves.iter().find(|step| self.is_free(step)).copied();
             if clear.is_some() {
                 return clear;
             }
             nearest = nearest.or(moves.iter().find(|step| self.stays_in_room(step)).copied());
         }
-        nearest.filter(|_| !free)
+        nearest.filter(|_| aim == Aim::Apart)
     }
 
     /// The moves of at most `within` that part two objects by `reach`, cheapest first.
-    fn moves(&self, i: usize, j: usize, reach: f64, within: f64, level: bool) -> Vec<Move> {
+    fn moves(&self, i: usize, j: usize, reach: f64, within: f64, aim: Aim) -> Vec<Move> {
         let mut moves: Vec<Move> = Vec::new();
         for (mover, other) in [(i, j), (j, i)] {
             let moving = &self.moving[mover];
@@ -256,7 +256,7 @@ impl<'a> Exact<'a> {
                 continue;
             }
             let burden = 1.0 + LOAD * (moving.len() - 1) as f64;
-            for heading in self.headings(mover, level) {
+            for heading in self.headings(mover, aim) {
                 let Some(least) = self.distance(moving, other, heading, heading.margin, within) else {
                     continue;
                 };
@@ -275,7 +275,8 @@ impl<'a> Exact<'a> {
     }
 
     /// Where an object may go: what rests on something not down, what hangs along its surface.
-    fn headings(&self, object: usize, level: bool) -> impl Iterator<Item = &Heading> {
+    fn headings(&self, object: usize, aim: Aim) -> impl Iterator<Item = &Heading> {
+        let level = aim == Aim::Room;
         let along = &self.along[object];
         let hung = matches!(self.scene.objects[object].parent, Parent::Root(Root::Wall | Root::Ceiling));
         let vertical = (!level).then_some(&self.up).into_iter().chain((hung && !level).then_some(&self.down));
@@ -295,8 +296,7 @@ impl<'a> Exact<'a> {
             let (part, other) = (&self.surfaces[part], &self.surfaces[other]);
             blocked.extend(part.blocked(other, apart, &heading.frame, range, margin, &self.budget)?);
         }
-        blocked.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let free = blocked.into_iter().fold(0.0, |at, [low, high]| if low <= at { high.max(at) } else { at });
+        let free = first_gap(blocked);
         (free <= range[1]).then_some(free)
     }
 

@@ -30,7 +30,7 @@ pub(super) const MAX_MOVE: f64 = 0.03;
 pub(super) const MAX_MOVE_HUNG: f64 = 0.1;
 
 /// Upwards is preferred to a move sideways that is not shorter than this share of it.
-pub(super) const UPWARDS: f64 = 0.7;
+pub(super) const UP: f64 = 0.7;
 
 /// What a move costs more for each object that moves along.
 pub(super) const LOAD: f64 = 0.1;

@@ -1,8 +1,9 @@
 //! What rolls or has fallen over, set down anew: where it was set before the search, as it was reconstructed, leaning on
 //! what is there. A pear that is let go comes to rest in few poses, and no random turn finds them.
 
-use super::tolerances::{FAR_OFF, FINALISTS_OF_ONE, POSES};
+use super::tolerances::{ANOTHER_PLACE, FAR_OFF, FINALISTS_OF_ONE, POSES};
 use super::{Event, Layout, Observer, Opinions, cheaper, finalists, trial::Trial};
+use crate::scene;
 use crate::world::{BackendError, Flow};
 use std::sync::atomic::Ordering;
 
@@ -16,7 +17,7 @@ impl Opinions<'_> {
             if self.flow() == Flow::Stop {
                 break;
             }
-            if let Some(anew) = self.run.set_down_among_others(object, &layout, 1)?.pop() {
+            if let Some(anew) = self.set_down_among_others(object, &layout, 1)?.pop() {
                 layout = anew;
             }
         }
@@ -88,12 +89,42 @@ impl Opinions<'_> {
         if self.flow() == Flow::Stop {
             return Ok(None);
         }
-        let layouts = self.run.set_down_among_others(object, &best.layout, POSES)?;
+        let layouts = self.set_down_among_others(object, &best.layout, POSES)?;
         let focused = self.focused(best, &[&best.failing[..], &[object]].concat());
         let trials = focused.judge_copies(focused.settled(&focused.settling, &layouts)?, best)?;
         let finalists = finalists(trials, best, FINALISTS_OF_ONE);
         let trials = self.judge(self.settled(&self.settling, &finalists)?)?;
         Ok(cheaper(trials, best).filter(|_| self.flow() == Flow::Continue))
+    }
+
+    /// The layout with an object, and what is on it, set down in so many poses of rest near to how it was reconstructed at
+    /// `most`, the best first, on its parent and leaning on what is there: near where it was set before the search, or near
+    /// where it is if there is no rest for it.
+    fn set_down_among_others(&self, object: usize, layout: &Layout, most: usize) -> Result<Vec<Layout>, BackendError> {
+        let center = |pose: &scene::Pose| self.run.rigs[object].center_of(pose).with_y(0.0);
+        let (here, place) = (layout[object], self.run.place(object, layout));
+        let mut layouts = Vec::new();
+        if center(&place).distance(center(&here)) > ANOTHER_PLACE {
+            layouts = self.set_down_near(object, &place, layout)?;
+        }
+        if layouts.is_empty() {
+            layouts = self.set_down_near(object, &here, layout)?;
+        }
+        layouts.truncate(most);
+        Ok(layouts)
+    }
+
+    fn set_down_near(&self, object: usize, pose: &scene::Pose, layout: &Layout) -> Result<Vec<Layout>, BackendError> {
+        let (seat, mut as_input) = (self.run.seat(&self.run.room), layout.clone());
+        seat.carry(object, self.run.rigs[object].turned(pose, self.run.input[object].rotation), &mut as_input);
+        // What lies is lower than it stands.
+        seat.settle_height(object, &mut as_input);
+        let set_down = |pose| {
+            let mut layout = as_input.clone();
+            seat.carry(object, pose, &mut layout);
+            layout
+        };
+        Ok(seat.rests_among_others(object, &as_input)?.into_iter().map(set_down).collect())
     }
 
     fn to_set_anew(&self, trial: &Trial) -> Vec<usize> {

@@ -9,7 +9,7 @@ use crate::optimize::{
     groups::{is_on_firm_ground, moving_along},
     support::Placed,
 };
-use crate::scene::{Parent, Scene};
+use crate::scene::Scene;
 use std::sync::Arc;
 
 impl Opinions<'_> {
@@ -49,7 +49,7 @@ fn concerned(scene: &Scene, failing: &[usize], touches: impl Fn(usize, usize) ->
             continue;
         }
         fresh.extend(moving_along(scene, object));
-        let bearers: Vec<usize> = bearers(scene, object).collect();
+        let bearers: Vec<usize> = scene.bearers(object).collect();
         let others = (0..concerned.len()).filter(|&other| !concerned[other] && !scene.is_static(other));
         fresh.extend(others.filter(|other| match bearers.contains(other) {
             true => !is_on_firm_ground(scene, *other),
@@ -57,15 +57,6 @@ fn concerned(scene: &Scene, failing: &[usize], touches: impl Fn(usize, usize) ->
         }));
     }
     concerned
-}
-
-/// What an object stands on, what that stands on, and so on.
-pub(super) fn bearers(scene: &Scene, object: usize) -> impl Iterator<Item = usize> + '_ {
-    let parent = |object: usize| match scene.objects[object].parent {
-        Parent::Object(parent) => Some(parent),
-        Parent::Root(_) => None,
-    };
-    std::iter::successors(parent(object), move |&object| parent(object))
 }
 
 #[cfg(test)]

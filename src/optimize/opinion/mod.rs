@@ -2,7 +2,7 @@
 //! engine.
 //!
 //! The settled layout is let go with all decompositions of its meshes, level and on slippery slopes that fall four
-//! ways. On slopes with the parts that the result names, and everywhere with V-HACD's, objects without a stated mass
+//! ways. On slopes with the parts of the search, and everywhere with V-HACD's, objects without a stated mass
 //! weigh as much as their parts are large: the mass of a category is a guess, and a lamp that only a heavy bowl holds
 //! falls elsewhere. What moves in any of these runs is searched once more, with a wider spread, and so is what leans or
 //! has lost its support. Copies of the layout have those objects shifted and turned at random, about where they are and
@@ -31,7 +31,7 @@ use trial::{Release, Trial};
 /// Poses of all objects.
 type Layout = Vec<scene::Pose>;
 
-/// The movable objects as they are in each run: with the parts that the result names, with their alternative ones, and
+/// The movable objects as they are in each run: with the parts of the search, with their alternative ones, and
 /// with either on slopes.
 pub(super) struct Opinions<'a> {
     run: &'a Run<'a>,
@@ -40,7 +40,7 @@ pub(super) struct Opinions<'a> {
     models: Vec<Model<'a>>,
     /// Objects whose other parts fill what is in them.
     pub filled: Vec<usize>,
-    /// How copies settle: with the parts that the result names, and all walls.
+    /// How copies settle: with the parts of the search, and all walls.
     settling: Model<'a>,
     /// What came of the objects that are held, in runs in which they were not.
     known: Vec<Release>,

@@ -1,7 +1,6 @@
-//! The runs in which a layout is let go: with the parts that the result names and with others, level and on slopes.
+//! The runs in which a layout is let go: with the parts of the search and with others, level and on slopes.
 
 use super::Layout;
-use super::focus::bearers;
 use super::tolerances::{
     FILLED, HASTE, MOVES, MOVES_OTHERWISE, MOVES_OTHERWISE_ON_SLOPE, ON_SLOPE_SECONDS, SLIPPERY, SLOPE,
 };
@@ -97,7 +96,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// How copies settle: with the parts that the result names, and all walls.
+    /// How copies settle: with the parts of the search, and all walls.
     pub fn settling(run: &'a Run<'a>, group: &Group, layout: &Layout) -> Self {
         Self {
             rigs: run.rigs[..].into(),
@@ -120,7 +119,7 @@ fn filled(run: &Run, group: &Group, layout: &Layout, alternative: &[Rig]) -> Res
     for (pair, _) in world.pairs.iter().zip(&depths).filter(|(_, depth)| **depth > FILLED) {
         // A wall is no object.
         let objects: Vec<usize> = pair.iter().filter_map(|&body| group.objects.get(body as usize)).copied().collect();
-        let bears = |bearer: &usize| objects.iter().any(|&object| bearers(run.scene, object).any(|b| b == *bearer));
+        let bears = |bearer: &usize| objects.iter().any(|&object| run.scene.bearers(object).any(|b| b == *bearer));
         filled.extend(objects.iter().copied().filter(bears));
     }
     Ok(filled)

@@ -1,4 +1,5 @@
-//! What the second opinion looks at, and what a layout costs it: a radian, or 17 cm, is 1.
+//! What the second opinion looks at, and what a layout costs it: a radian is 1, and so are 17 cm by the default
+//! weight of the layout term.
 
 /// Most rounds.
 pub(super) const ROUNDS: u32 = 20;
@@ -27,6 +28,10 @@ pub(super) const POSES: usize = 8;
 
 /// … and so many of the cheapest of these are looked at as a whole.
 pub(super) const FINALISTS_OF_ONE: usize = 2;
+
+/// What has gone aside by more than this from where it was set onto its support is set down anew there, m: nearer places
+/// are among those around it.
+pub(super) const ANOTHER_PLACE: f64 = 0.06;
 
 /// What rolls and stands farther than this from how it was set onto its support is set down anew once the rounds are over:
 /// 8 cm, or 29°.
@@ -62,7 +67,7 @@ pub(super) const FILLED: f32 = 0.004;
 /// What moves by more than this share of what the check allows counts as moving: other engines differ by as much.
 pub(super) const CALM: f64 = 0.5;
 
-/// What it costs that an object moves with the parts that the result names …
+/// What it costs that an object moves with the parts of the search …
 pub(super) const MOVES: f64 = 3.0;
 
 /// … with others, which may be at fault themselves …

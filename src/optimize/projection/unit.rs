@@ -1,13 +1,17 @@
 //! What the projection moves or goes round: objects that keep together, as their convex parts.
 
 use super::tolerances::{MAX_ROOM, ROOM, TOUCHING};
-use crate::optimize::{rig::Rig, sweep::overlap_interval};
-use crate::scene::{Parent, Pose, Relation, Scene};
+use crate::optimize::{
+    rig::Rig,
+    sweep::{first_gap, overlap_interval},
+};
+use crate::scene::{Pose, Relation, Scene};
 use glam::{DVec3, Vec3};
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::Pose as Isometry;
 use parry3d::query::contact;
 use parry3d::shape::ConvexPolyhedron;
+use std::iter::once;
 
 /// One convex part where it was before the projection.
 struct Piece {
@@ -85,17 +89,17 @@ impl Unit {
     pub fn exit(&self, other: &Self, apart: DVec3, along: Vec3, scene: &Scene) -> f32 {
         let shift = apart.as_vec3();
         let (there, here) = (Isometry::from_translation(shift), Isometry::IDENTITY);
-        let mut overlaps: Vec<[f32; 2]> = Vec::new();
+        let mut overlaps: Vec<[f64; 2]> = Vec::new();
         for a in &self.pieces {
             let moved = a.bounds.translated(shift);
             for b in other.pieces.iter().filter(|b| !nested(scene, a.object, b.object)) {
                 if meets(&moved, &b.bounds, along) {
-                    overlaps.extend(overlap_interval((&there, &a.solid), (&here, &b.solid), along, 0.0));
+                    let overlap = overlap_interval((&there, &a.solid), (&here, &b.solid), along, 0.0);
+                    overlaps.extend(overlap.map(|ends| ends.map(f64::from)));
                 }
             }
         }
-        overlaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        overlaps.into_iter().fold(0.0, |at, [low, high]| if low <= at { high.max(at) } else { at })
+        first_gap(overlaps) as f32
     }
 }
 
@@ -136,16 +140,10 @@ fn meets(moving: &Aabb, other: &Aabb, along: Vec3) -> bool {
 
 /// True if one object lies inside the other, or on or in something that does: they belong in one another.
 pub(super) fn nested(scene: &Scene, a: usize, b: usize) -> bool {
-    let within = |mut object: usize, container: usize| {
-        let mut inside = false;
-        loop {
-            inside |= scene.objects[object].relation == Relation::Inside;
-            match scene.objects[object].parent {
-                Parent::Object(parent) if parent == container => return inside,
-                Parent::Object(parent) => object = parent,
-                Parent::Root(_) => return false,
-            }
-        }
+    let within = |object: usize, container: usize| {
+        let is_inside = |object: usize| scene.objects[object].relation == Relation::Inside;
+        let mut below = once(object).chain(scene.bearers(object)).take_while(|&object| object != container);
+        scene.bearers(object).any(|bearer| bearer == container) && below.any(is_inside)
     };
     within(a, b) || within(b, a)
 }

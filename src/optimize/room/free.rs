@@ -5,7 +5,7 @@ use super::tolerances::{CLEARANCE, CONTACT, ITS_OWN, LEVEL, MAX_INSIDE, MAX_OFF,
 use super::{Form, Room};
 use crate::optimize::directions::directions;
 use crate::optimize::rig::Rig;
-use crate::optimize::sweep::overlap_interval;
+use crate::optimize::sweep::{first_gap, overlap_interval};
 use crate::scene::Pose;
 use glam::{DVec3, Vec3};
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
@@ -74,10 +74,7 @@ impl<'a> Space<'a> {
                 self.blocked(part, other, layout, direction.as_vec3(), reach, &mut blocked);
             }
         }
-        blocked.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let free = blocked
-            .into_iter()
-            .fold(0.0, |at: f64, [low, high]| if low < at || low <= 0.0 { at.max(high) } else { at });
+        let free = first_gap(blocked);
         (free <= f64::from(reach)).then_some(free)
     }
 

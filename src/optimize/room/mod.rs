@@ -297,9 +297,6 @@ pub(super) fn hangs_on(scene: &Scene, object: usize) -> Option<Root> {
 
 /// True for what moves in the simulation and stands on the ground, or on something that does.
 pub(super) fn stands(scene: &Scene, object: usize) -> bool {
-    let mut at = object;
-    while let Parent::Object(parent) = scene.objects[at].parent {
-        at = parent;
-    }
-    !scene.is_static(object) && hangs_on(scene, at).is_none()
+    let lowest = scene.bearers(object).last().unwrap_or(object);
+    !scene.is_static(object) && hangs_on(scene, lowest).is_none()
 }

@@ -69,6 +69,8 @@ pub(super) struct Seat<'a> {
     pub backend: &'a dyn Backend,
     pub simulation: SimSettings,
     pub settings: &'a SettleSettings,
+    /// What a metre aside costs, rad: the weight of the layout term.
+    pub position: f64,
     pub room: &'a Room,
     pub forms: &'a [Form],
     /// Objects are let go with everything on them, not alone.

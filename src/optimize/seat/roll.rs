@@ -4,7 +4,7 @@
 
 use super::tolerances::{
     APART, ASTRAY, MAX_SLIDE, NEAREST, NUDGE, OVERLAP, PLACE_SHIFTS, PLACE_TILTS, PLACES_APART, ROLL_WITHIN, TILTS,
-    UNSTEADY, WAY,
+    UNSTEADY,
 };
 use super::{Rest, Seat, height::Solid};
 use crate::optimize::{directions::directions, posture::angle, support::Placed, tolerances::NEARLY_FALLEN};
@@ -68,7 +68,7 @@ impl Seat<'_> {
     ) -> Result<Vec<scene::Pose>, BackendError> {
         let was = layout[object];
         let way = |pose: &scene::Pose| self.rigs[object].center_of(pose) - self.rigs[object].center_of(&was);
-        let far = |pose: &scene::Pose| angle(pose, &was) + WAY * way(pose).with_y(0.0).length();
+        let far = |pose: &scene::Pose| angle(pose, &was) + self.position * way(pose).with_y(0.0).length();
         let within = |pose: &scene::Pose, limit: f64| {
             angle(pose, &was) < limit * NEARLY_FALLEN
                 && way(pose).with_y(0.0).length() < limit * ROLL_WITHIN
@@ -83,7 +83,7 @@ impl Seat<'_> {
         let mut rests: Vec<scene::Pose> = Vec::new();
         for &aside in asides {
             // From farther away it comes to rest farther away.
-            if rests.len() == NEAREST && rests.last().is_some_and(|last| far(last) < WAY * aside) {
+            if rests.len() == NEAREST && rests.last().is_some_and(|last| far(last) < self.position * aside) {
                 break;
             }
             let ends = self.rests_within(&|pose| within(pose, ASTRAY), object, &held, layout, &starts(aside))?;

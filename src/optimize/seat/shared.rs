@@ -127,11 +127,7 @@ impl Seat<'_> {
     /// The `set` objects near one that neither bear it nor stand on it.
     pub(super) fn others_near(&self, object: usize, set: &[bool], layout: &[scene::Pose]) -> Vec<usize> {
         let mut kin = self.scene.subtree(object, |_| true);
-        let mut bearer = self.scene.objects[object].parent;
-        while let Parent::Object(ancestor) = bearer {
-            kin.push(ancestor);
-            bearer = self.scene.objects[ancestor].parent;
-        }
+        kin.extend(self.scene.bearers(object));
         let other = |i: &usize| set[*i] && !kin.contains(i);
         (0..layout.len()).filter(other).filter(|&i| self.is_near(object, i, layout)).collect()
     }

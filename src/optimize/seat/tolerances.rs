@@ -97,9 +97,6 @@ pub(super) const ROLL_WITHIN: f64 = 0.12;
 /// What has turned, gone aside or come down by more than this multiple of what a pose of rest may is given up.
 pub(super) const ASTRAY: f64 = 1.5;
 
-/// What a metre aside costs, in radians, as in the layout term.
-pub(super) const WAY: f64 = 6.0;
-
 /// Poses of rest are one if they are nearer to each other than this, rad …
 pub(super) const APART: f64 = 0.04;
 
