@@ -148,12 +148,42 @@ fn without_scenes_the_top_nodes_count() {
 #[test]
 fn obj_peculiarities() {
     let text = "v 0 0 0 1 0 0\nv 1 0 0\r\nv 1 1 \\\n 0\nv 0 1 0\nvt 0\n# caf\u{e9}\ng a b\n\
-                f 1 2 3 4\nl 1 2\nf -4 -3 -2\nv 2 2 2\nf 1/9/9 2/9/9 3/9/9 5 4\n";
+                f 1 2 3 4\nl 1 2\nf -4 -3 -2\nv 0.5 2 0\nf 1/9/9 2/9/9 3/9/9 5 4\n";
     // The comment as Latin-1, which is not UTF-8.
     let bytes: Vec<u8> = text.chars().map(|c| c as u8).collect();
     let mesh = read_bytes("a.obj", bytes).unwrap();
     assert_eq!(mesh.vertices.len(), 5);
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 2], [0, 1, 2], [0, 2, 4], [0, 4, 3]]);
+}
+
+/// The cap of an L-shaped prism, as modelling programs write it: filled alike whichever corner comes first.
+#[test]
+fn a_concave_face_is_filled_in_every_format_that_has_one() {
+    let corners = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]];
+    for first in 0..corners.len() {
+        let numbers: Vec<usize> = (0..corners.len()).map(|i| (first + i) % corners.len()).collect();
+        let rows = |prefix: &str| corners.map(|[x, y]| format!("{prefix}{x} {y} 0\n")).concat();
+        let face = |base: usize| numbers.iter().map(|i| format!(" {}", i + base)).collect::<String>();
+        let obj = format!("{}f{}\n", rows("v "), face(1));
+        let ply = format!(
+            "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n\
+             element face 1\nproperty list uchar int vertex_indices\nend_header\n{}6{}\n",
+            rows(""),
+            face(0)
+        );
+        for (name, text) in [("a.obj", obj), ("a.ply", ply)] {
+            let mesh = read_bytes(name, text.into_bytes()).unwrap();
+            let area = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|i| mesh.vertices[i as usize]);
+                0.5 * (b - a).cross(c - a).z
+            };
+            let areas: Vec<f32> = mesh.triangles.iter().map(area).collect();
+            assert!(
+                areas.iter().all(|area| *area > 0.0) && areas.iter().sum::<f32>() == 3.0,
+                "{name} {first}: {areas:?}"
+            );
+        }
+    }
 }
 
 #[test]

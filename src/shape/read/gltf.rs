@@ -5,7 +5,8 @@
 
 use super::accessor::Buffers;
 use super::gltf_look::LookReader;
-use super::{MAX_ELEMENTS, Source, add_polygon, add_strip};
+use super::polygon::fan;
+use super::{MAX_ELEMENTS, Source, add_strip};
 use crate::shape::{Look, Mesh, MeshError};
 use ::gltf::binary::Glb;
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -127,7 +128,7 @@ impl Reader<'_> {
         }
         match mode {
             Mode::TriangleStrip => add_strip(triangles, &corners),
-            Mode::TriangleFan => add_polygon(triangles, &corners),
+            Mode::TriangleFan => triangles.extend(fan(corners.len()).map(|triangle| triangle.map(|i| corners[i]))),
             _ => triangles.extend_from_slice(corners.as_chunks().0),
         }
         // A mirrored mesh would be inside out.

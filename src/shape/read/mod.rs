@@ -7,6 +7,7 @@ mod gltf_look;
 mod image;
 mod obj;
 mod ply;
+mod polygon;
 mod stl;
 
 use super::{Look, Mesh, MeshError};
@@ -112,10 +113,13 @@ fn error(path: &Path, problem: impl Display, remedy: &str) -> MeshError {
     MeshError { file: path.to_path_buf(), problem: line, remedy: remedy.to_owned() }
 }
 
-/// Adds a polygon as a fan around its first corner. Fewer than three corners give nothing.
-fn add_polygon(triangles: &mut Vec<[u32; 3]>, corners: &[u32]) {
-    if let [first, rest @ ..] = corners {
-        triangles.extend(rest.array_windows().map(|&[a, b]| [*first, a, b]));
+impl Mesh {
+    /// Adds a polygon, and gives its triangles by the numbers of its corners. What names no vertex is refused later.
+    fn add_polygon(&mut self, corners: &[u32]) -> Vec<[usize; 3]> {
+        let vertex = |&corner: &u32| self.vertices.get(corner as usize).copied().unwrap_or(Vec3::NAN);
+        let triangles = polygon::triangles(&corners.iter().map(vertex).collect::<Vec<_>>());
+        self.triangles.extend(triangles.iter().map(|triangle| triangle.map(|i| corners[i])));
+        triangles
     }
 }
 

@@ -5,7 +5,7 @@
 //! near the end of the number range.
 
 use super::image::decode;
-use super::{Source, add_polygon, bytes_of, three_numbers, to_linear};
+use super::{Source, bytes_of, three_numbers, to_linear};
 use crate::shape::{Corner, Look, Mesh, MeshError, Pixels, Skin};
 use glam::{Vec2, Vec3};
 use std::path::Path;
@@ -44,9 +44,9 @@ pub(super) fn read(source: &Source<'_>, look: Option<&mut Look>) -> Result<Mesh,
                 if corners.len() < 3 {
                     return Err(damaged("a face needs three corners"));
                 }
-                add_polygon(&mut mesh.triangles, &corners);
+                let triangles = mesh.add_polygon(&corners);
                 if let Some(looks) = &mut looks {
-                    looks.face(&corners, words);
+                    looks.face(&corners, words, &triangles);
                 }
             }
             Some(key) => {
@@ -107,15 +107,11 @@ impl<'a> Looks<'a> {
         }
     }
 
-    fn face<'w>(&mut self, vertices: &[u32], words: impl Iterator<Item = &'w str>) {
+    fn face<'w>(&mut self, vertices: &[u32], words: impl Iterator<Item = &'w str>, triangles: &[[usize; 3]]) {
         let tinted = vertices.iter().all(|&v| self.colors.get(v as usize).is_some_and(Option::is_some));
         let skin = self.skin(self.current.unwrap_or(0), tinted);
         let corners: Vec<Corner> = vertices.iter().zip(words).map(|(&v, word)| self.corner(v, word)).collect();
-        if let [first, rest @ ..] = corners.as_slice() {
-            for &[a, b] in rest.array_windows() {
-                self.look.push([*first, a, b], skin);
-            }
-        }
+        triangles.iter().for_each(|triangle| self.look.push(triangle.map(|i| corners[i]), skin));
     }
 
     fn corner(&self, vertex: u32, word: &str) -> Corner {
@@ -155,9 +151,11 @@ impl<'a> Looks<'a> {
                     }
                 }
                 Some("map_Kd") => {
-                    // Options stand before the name, which is the last word.
-                    let Some(name) = words.last() else { continue };
-                    let texture = self.image(&path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/")));
+                    let name = file_name(words).replace('\\', "/");
+                    if name.is_empty() {
+                        continue;
+                    }
+                    let texture = self.image(&path.parent().unwrap_or(Path::new("")).join(name));
                     if let (Some((_, skin)), Some(texture)) = (self.materials.last_mut(), texture) {
                         // Many writers leave the colour black or grey where a texture is.
                         *skin = Skin { color: None, texture: Some((texture, Default::default())), ..skin.clone() };
@@ -177,5 +175,28 @@ impl<'a> Looks<'a> {
                 None
             }
         }
+    }
+}
+
+/// The name of a file behind options, such as `-s 1 1 1 -clamp on my wood.png`.
+fn file_name<'w>(words: impl Iterator<Item = &'w str>) -> String {
+    let mut words = words.peekable();
+    let is_value = |word: &str| matches!(word, "on" | "off") || word.len() == 1 || word.parse::<f32>().is_ok();
+    while words.next_if(|word| word.starts_with('-')).is_some() {
+        while words.next_if(|word| is_value(word)).is_some() {}
+    }
+    words.collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_textures_stand_behind_options_and_may_have_spaces() {
+        let name = |line: &str| file_name(line.split_ascii_whitespace());
+        assert_eq!(name("my red wood.png"), "my red wood.png");
+        assert_eq!(name("-s 1 1.5 1 -o 0.1 -clamp on -imfchan r woods.png"), "woods.png");
+        assert_eq!(name("-bm 0.2"), "");
     }
 }

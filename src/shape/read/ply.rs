@@ -1,7 +1,7 @@
 //! PLY, text and binary, by the `ply-rs-bw` crate, which reads numbers of any type and skips what nobody asks for.
 //! Normals and colours of vertices are its look.
 
-use super::{Source, add_polygon, add_strip, to_linear};
+use super::{Source, add_strip, to_linear};
 use crate::shape::{Corner, Look, Mesh, MeshError, Skin};
 use glam::{DVec3, Vec3};
 use ply_rs_bw::parser::{Parser, Reader};
@@ -33,7 +33,7 @@ pub(super) fn read(source: &Source<'_>, look: Option<&mut Look>) -> Result<Mesh,
             }
             "face" => {
                 for Corners(corners) in rows(source, &mut reader, &header, element)? {
-                    add_polygon(&mut mesh.triangles, &unsigned(source, &corners)?);
+                    mesh.add_polygon(&unsigned(source, &corners)?);
                 }
             }
             "tristrips" => {

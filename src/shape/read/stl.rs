@@ -3,7 +3,7 @@
 //! Our own reader, because the `stl_io` crate takes every binary file whose header begins with `solid` for text,
 //! refuses a text that begins with a bare `solid`, and stops after the first of several solids.
 
-use super::{Source, add_polygon, three_numbers};
+use super::{Source, three_numbers};
 use crate::shape::{Mesh, MeshError};
 use glam::Vec3;
 
@@ -71,5 +71,5 @@ fn add_facet(mesh: &mut Mesh, corners: impl Iterator<Item = Vec3>) {
     let first = mesh.vertices.len() as u32;
     mesh.vertices.extend(corners);
     let corners: Vec<u32> = (first..mesh.vertices.len() as u32).collect();
-    add_polygon(&mut mesh.triangles, &corners);
+    mesh.add_polygon(&corners);
 }
