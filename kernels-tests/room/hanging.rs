@@ -97,6 +97,50 @@ fn a_wall_is_fitted_behind_what_is_held_too() {
     assert!((done.gap(0, side.point, side.normal) - 0.5e-3).abs() < 1e-6, "{side:?}");
 }
 
+/// What was reconstructed behind the wall, or metres above the lamps, does not take what hangs there along.
+#[test]
+fn what_is_astray_moves_no_wall_and_no_ceiling() {
+    for (turn, behind) in [(0.0, 0.6), (0.6, 1.0), (-0.4, 3.0)] {
+        let mut boxes = Boxes::new(turn);
+        boxes.add("table", "ground", [1.2, 0.7, 0.8], [0.0, 0.35, 0.0], 0.0, 0.0);
+        boxes.add("desk", "ground", [1.2, 0.7, 0.6], [1.4, 0.35, 1.0], 0.0, 0.0);
+        boxes.add("sideboard", "ground-wall", [1.0, 0.8, 0.4], [0.0, 0.4, -1.78], 0.0, 0.0);
+        boxes.add("picture", "wall", [0.6, 0.5, 0.03], [0.0, 1.5, -1.985], 0.0, 0.0);
+        boxes.add("mirror", "wall", [0.5, 0.7, 0.03], [1.0, 1.6, -1.985], 0.0, 0.0);
+        boxes.add("lamp", "ceiling", [0.3, 0.3, 0.3], [0.0, 2.35, 0.4], 0.0, 0.0)["relation"] = "hanging".into();
+        boxes.add("fan", "ceiling", [0.8, 0.2, 0.8], [1.4, 2.4, 1.0], 0.0, 0.0)["relation"] = "hanging".into();
+        boxes.add("stray", "ground", [0.2, 0.2, 0.2], [0.8, 0.1, -2.0 - behind], 0.0, 0.0);
+        boxes.add("cup", "desk", [0.1, 0.1, 0.1], [1.7, 9.0, 1.1], 0.0, 0.0);
+        let ready = boxes.done();
+        let done = ready.run(&config());
+        let walls: Vec<_> = done.outcome.room.sides.iter().filter(|side| side.kind == Root::Wall).collect();
+        let [back] = walls[..] else { panic!("{walls:?}") };
+        assert!((back.point.dot(back.normal) + 2.0).abs() < 0.05, "{behind} m behind: {back:?}");
+        for name in ["picture", "mirror", "lamp", "fan"] {
+            let moved = done.outcome.objects[ready.index(name)].moved;
+            assert!(moved < 0.1, "{behind} m behind: {name} is moved by {moved} m");
+        }
+        let told = format!("stray: reaches {:.2} m through the wall \"{}\"", behind + 0.1, back.name);
+        assert!(done.outcome.notes.contains(&told), "{told}: {:?}", done.outcome.notes);
+    }
+}
+
+/// As many behind it as on it are no strays: then the wall is behind them.
+#[test]
+fn what_most_objects_say_moves_the_wall() {
+    let mut boxes = Boxes::new(0.0);
+    boxes.add("table", "ground", [1.2, 0.7, 0.8], [0.0, 0.35, 0.5], 0.0, 0.0);
+    boxes.add("picture", "wall", [0.6, 0.5, 0.03], [0.0, 1.5, -1.5], 0.0, 0.0);
+    boxes.add("chest", "ground", [1.0, 0.6, 0.5], [1.5, 0.3, -1.9], 0.0, 0.0);
+    boxes.add("stool", "ground", [0.4, 0.5, 0.4], [-1.5, 0.25, -1.9], 0.0, 0.0);
+    let ready = boxes.done();
+    let done = ready.run(&config());
+    let [wall] = &done.outcome.room.sides[..] else { panic!("{:?}", done.outcome.room.sides) };
+    assert!((wall.point.z + 2.15).abs() < 0.02, "{wall:?}");
+    let note = &done.outcome.notes.iter().find(|note| note.starts_with("picture: on the wall"));
+    assert!(note.is_some_and(|note| note.contains("was 0.6")), "{:?}", done.outcome.notes);
+}
+
 #[test]
 fn what_cannot_be_placed_well_is_said() {
     let mut boxes = furnished(0.2).with_room(2.0);
@@ -115,6 +159,8 @@ fn what_cannot_be_placed_well_is_said() {
     assert!(done.note("hook").contains("not movable"), "{}", done.note("hook"));
     assert_eq!(done.pose("hook"), ready.scene.objects[ready.index("hook")].pose);
     assert!(done.outcome.notes.iter().any(|note| note.contains("pole: reaches 0.2")), "{:?}", done.outcome.notes);
+    let far = done.outcome.notes.iter().any(|note| note.starts_with("mirror: on the wall \"wall 1\" (was 1.1"));
+    assert!(far, "{:?}", done.outcome.notes);
     // Nothing that hangs is higher than the ceiling.
     done.check();
     let high = |i: usize| corners(done.placed(i)).iter().map(|p| p.y).fold(0.0, f64::max);

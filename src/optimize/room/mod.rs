@@ -52,6 +52,11 @@ impl Side {
         points.map(|p| self.height(p)).fold(f64::INFINITY, f64::min)
     }
 
+    /// What it is called in a sentence.
+    fn title(&self) -> String {
+        if self.kind == Root::Wall { format!("wall \"{}\"", self.name) } else { self.name.clone() }
+    }
+
     /// Two unit vectors along the plane; of a wall, sideways and up.
     fn along(&self) -> [DVec3; 2] {
         let sideways = DVec3::Y.cross(self.normal).try_normalize().unwrap_or(DVec3::X);
@@ -171,7 +176,7 @@ impl Room {
         }
         let fitted = scene.room.ceiling.is_none();
         if !fitted || needs(&[Root::Ceiling]) {
-            let height = scene.room.ceiling.unwrap_or_else(|| fit::ceiling(forms, layout));
+            let height = scene.room.ceiling.unwrap_or_else(|| fit::ceiling(scene, forms, layout));
             let (point, normal) = (DVec3::Y * height, DVec3::NEG_Y);
             sides.push(Side {
                 name: "ceiling".into(),

@@ -177,6 +177,28 @@ impl Placer<'_> {
         self.carry(object, pose, layout);
     }
 
+    /// What reaches out of the room; what hangs or stands at a wall tells its distance from that itself.
+    fn reaching_through(&self, layout: &[Pose]) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (i, object) in self.scene.objects.iter().enumerate() {
+            let mut beyond = |gap: f64, side: &str| {
+                if gap < -TOUCHES {
+                    notes.push(format!("{}: reaches {:.2} m through the {side}", object.name, -gap));
+                }
+            };
+            let [low, high] = self.forms[i].bounds(&layout[i]);
+            self.room.ceiling().into_iter().for_each(|ceiling| beyond(ceiling - high.y, "ceiling"));
+            if hangs_on(self.scene, i).is_some() {
+                beyond(low.y, "ground");
+            } else if object.movable {
+                for (_, wall) in self.room.walls().filter(|(_, wall)| wall.bears || wall.fitted) {
+                    beyond(wall.gap(self.forms[i].mesh(&layout[i])), &wall.title());
+                }
+            }
+        }
+        notes
+    }
+
     fn carry(&self, object: usize, pose: Pose, layout: &mut [Pose]) {
         carry(self.scene, object, pose, layout, |child| self.scene.objects[child].movable);
     }
@@ -196,19 +218,16 @@ impl Placer<'_> {
             let side = &self.room.sides[side];
             let gap = side.gap(self.forms[i].mesh(&layout[i]));
             placement.clearance = Some(gap);
-            if hangs_on(self.scene, i).is_some() && gap.abs() > TOUCHES {
-                let name = &self.scene.objects[i].name;
-                notes.push(format!("{name}: {:.0} mm from the {} ({})", 1e3 * gap, side.name, placement.note));
+            if hangs_on(self.scene, i).is_none() {
+                continue;
+            }
+            let off = if gap.abs() > TOUCHES { format!("{:.0} mm from", 1e3 * gap) } else { "on".to_owned() };
+            let why = if placement.note.is_empty() { String::new() } else { format!(" ({})", placement.note) };
+            if gap.abs() > TOUCHES || !why.is_empty() {
+                notes.push(format!("{}: {off} the {}{why}", self.scene.objects[i].name, side.title()));
             }
         }
-        if let Some(ceiling) = self.room.ceiling() {
-            for (object, (form, pose)) in self.scene.objects.iter().zip(self.forms.iter().zip(layout)) {
-                let beyond = form.bounds(pose)[1].y - ceiling;
-                if beyond > TOUCHES {
-                    notes.push(format!("{}: reaches {beyond:.2} m through the ceiling", object.name));
-                }
-            }
-        }
+        notes.extend(self.reaching_through(layout));
         let leans = |i: &usize| placements[*i].as_ref().is_some_and(|placement| placement.note == LEANS);
         let leaning: Vec<&str> =
             (0..placements.len()).filter(leans).map(|i| self.scene.objects[i].name.as_str()).collect();

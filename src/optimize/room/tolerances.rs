@@ -66,6 +66,9 @@ pub(super) const STEEPEST: f64 = 0.7;
 /// A ceiling is never fitted lower than this, m (REST3D).
 pub(super) const LOWEST_CEILING: f64 = 1.8;
 
+/// What hangs and is so many times as wide as it is deep hangs flat on a wall.
+pub(super) const FLAT_ON: f64 = 2.0;
+
 /// An outline that fills more than `BOXY[0]` of its rectangle says something of the room's yaw, and from `BOXY[1]` on
 /// all that its size allows. A circle fills 0.79.
 pub(super) const BOXY: [f64; 2] = [0.8, 0.95];
