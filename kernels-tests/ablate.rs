@@ -148,7 +148,12 @@ fn bad_usage_is_told_and_leaves_nothing() {
     let case = Case::new();
     let scene = case.path("scene.json").display().to_string();
     let gone = case.path("gone.json").display().to_string();
-    let cases: [(&str, &[&str], &str); 4] = [
+    let held = case.path("held.json").display().to_string();
+    let mut document: Value = serde_json::from_slice(&fs::read(&scene).unwrap()).unwrap();
+    document["objects"].as_array_mut().unwrap().iter_mut().for_each(|object| object["movable"] = json!(false));
+    fs::write(&held, document.to_string()).unwrap();
+    let cases: [(&str, &[&str], &str); 5] = [
+        ("energy", &[&held], "held.json: nothing in it can move"),
         ("energy", &[&gone], "gone.json"),
         ("energie", &[], "energie"),
         ("energy", &["--reference", &scene, "--reference", &scene, &scene, &scene], "one for each"),

@@ -84,6 +84,24 @@ fn what_is_swallowed_collides() {
     assert!((0.48..=0.5).contains(&number(&collision["max_depth_m"])), "{collision}");
 }
 
+/// Neither stable nor unstable; and a flat box is like itself.
+#[test]
+fn of_what_cannot_move_there_is_no_stable_rate() {
+    let case = Case::new();
+    let standing = case.scene("a.json", &[("stands", [0.0, 0.1, 0.0], 0.0, SIZE)]);
+    let mut held: Value = serde_json::from_slice(&fs::read(&standing).unwrap()).unwrap();
+    held["objects"][0]["movable"] = json!(false);
+    let path = case.folder.path().join("held.json");
+    fs::write(&path, held.to_string()).unwrap();
+    let stability = &case.metrics(&[&path])["stability"];
+    assert_eq!((&stability["movable"], stability.get("stable_rate_pct")), (&json!(0), None));
+    let overall = &case.metrics(&[&path, &standing])["over_scenes"];
+    assert_eq!(overall["stable_rate_pct"], json!({"mean": 100.0, "standard_deviation": 0.0, "scenes": 1}));
+    fs::write(case.folder.path().join("cube.obj"), "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 3 2\n").unwrap();
+    let geometry = &case.metrics(&[&path, Path::new("--reference"), &path])["geometry"];
+    assert!(number(&geometry["box_iou"]) > 0.999, "{geometry}");
+}
+
 #[test]
 fn only_what_falls_is_unstable() {
     let case = Case::new();

@@ -180,6 +180,9 @@ fn measure(subject: &Subject, stage: &Stage, scene: &Scene, backend: &dyn Backen
     if !stability.valid {
         return Ok(Ended::Failure("the simulation of the result did not stay finite".into()));
     }
+    let Some(means) = stability.means else {
+        return Ok(Ended::Failure("nothing in the scene can move".into()));
+    };
     let meshes: &[Mesh] = &subject.meshes;
     let ours = (scene, meshes);
     let collision = metrics::collision(scene, meshes);
@@ -191,10 +194,10 @@ fn measure(subject: &Subject, stage: &Stage, scene: &Scene, backend: &dyn Backen
         movable: stability.movable,
         collision_rate_pct: collision.strict.collision_rate_pct,
         collision_rate_1mm_pct: collision.deeper_than_1mm.collision_rate_pct,
-        stable_rate_pct: stability.stable_rate_pct,
-        drift_m: stability.mean_position_drift_m,
-        linear_mps: stability.mean_peak_linear_velocity_mps,
-        angular_radps: stability.mean_peak_angular_velocity_radps,
+        stable_rate_pct: means.stable_rate_pct,
+        drift_m: means.mean_position_drift_m,
+        linear_mps: means.mean_peak_linear_velocity_mps,
+        angular_radps: means.mean_peak_angular_velocity_radps,
         moved_m: layout.as_ref().map(|layout| layout.mean_translation_m),
         fallen: layout.as_ref().map(|layout| layout.fallen.len()),
         chamfer_m: geometry.as_ref().map(|geometry| geometry.chamfer_distance_m),

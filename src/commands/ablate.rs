@@ -134,6 +134,10 @@ fn subject(path: &Path, reference: Option<&Path>, outputs: &[PathBuf]) -> Result
         Ok((scene, meshes))
     };
     let (scene, meshes) = read(path)?;
+    if (0..scene.objects.len()).all(|i| scene.is_static(i)) {
+        let problem = "nothing in it can move, so there is nothing to compare; leave it out";
+        return Err(Failure::Input(format!("{}: {problem}", path.display())));
+    }
     let mut canonical = scene.clone();
     canonicalize(&mut canonical, &meshes);
     let stage = |scene: Scene| Ok::<_, Failure>(Stage { shapes: shapes::make(&scene, true)?, scene });

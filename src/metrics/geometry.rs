@@ -2,7 +2,7 @@
 
 use super::alignment::{fit, icp, middle, moved};
 use super::surface::{Surface, spread};
-use super::{FALLEN, MATCHED, bounds, mean, placed};
+use super::{FALLEN, MATCHED, THICKNESS, bounds, mean, placed};
 use crate::scene::{Pose, Scene};
 use crate::shape::Mesh;
 use glam::{DMat3, DVec3};
@@ -159,8 +159,9 @@ fn error(points: &[DVec3], surface: &Surface, motion: &Pose) -> f64 {
     mean(surface.distances(&points).into_iter())
 }
 
-/// Intersection over union of two boxes, 0 to 1.
+/// Intersection over union of two boxes, 0 to 1: of flat ones as if they were a micrometre thick.
 fn iou(a: [DVec3; 2], b: [DVec3; 2]) -> f64 {
+    let [a, b] = [a, b].map(|[low, high]| [low - 0.5 * THICKNESS, high + 0.5 * THICKNESS]);
     let volume = |[low, high]: [DVec3; 2]| (high - low).max(DVec3::ZERO).element_product();
     let common = volume([a[0].max(b[0]), a[1].min(b[1])]);
     let union = volume(a) + volume(b) - common;

@@ -13,7 +13,7 @@ mod surface;
 pub use collision::{Collision, CollisionRate, Overlap, collision};
 pub use detection::{Detection, DetectionError, detection};
 pub use geometry::{Geometry, Layout, geometry, layout};
-pub use stability::{ObjectMotion, Stability, stability};
+pub use stability::{Means, ObjectMotion, Stability, stability};
 
 pub use crate::optimize::FALLEN;
 
@@ -31,6 +31,8 @@ pub const MAX_TURN: f64 = 0.1;
 pub const TOUCHING: f64 = 1e-3;
 /// Distance within which a point counts as matched in the F-score, m.
 pub const MATCHED: f64 = 0.05;
+/// What the box around a flat object is taken to be thick, m.
+const THICKNESS: f64 = 1e-6;
 /// Intersection over union from which a mask is found.
 pub const FOUND: f64 = 0.5;
 

@@ -6,15 +6,26 @@ use crate::scene::Scene;
 use crate::world::{Backend, BackendError, Flow, Pose, SimSettings, Velocity};
 use serde::Serialize;
 
-/// Stable rate, drift and peak speeds over the objects that can move (paper: stable rate, position drift, linear and
-/// angular velocity).
+/// How the objects that can move do.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stability {
     /// Steps simulated, of 1/60 s.
     pub steps: u32,
     /// Objects that can move.
     pub movable: usize,
-    /// Share of them that stay within [`MAX_DRIFT`] and [`MAX_TURN`], %.
+    /// All of them together; absent if there are none.
+    #[serde(flatten)]
+    pub means: Option<Means>,
+    /// The simulation ran to its end with finite numbers and room for all contacts.
+    pub valid: bool,
+    /// One entry for each of them, in the scene's order.
+    pub objects: Vec<ObjectMotion>,
+}
+
+/// Stable rate, drift and peak speeds (paper: stable rate, position drift, linear and angular velocity).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Means {
+    /// Share of the objects that stay within [`MAX_DRIFT`] and [`MAX_TURN`], %.
     pub stable_rate_pct: f64,
     /// Mean distance of the centre of mass between placed and settled, m.
     pub mean_position_drift_m: f64,
@@ -24,10 +35,6 @@ pub struct Stability {
     pub mean_peak_linear_velocity_mps: f64,
     /// Mean of the objects' highest spins, rad/s.
     pub mean_peak_angular_velocity_radps: f64,
-    /// The simulation ran to its end with finite numbers and room for all contacts.
-    pub valid: bool,
-    /// One entry for each of them, in the scene's order.
-    pub objects: Vec<ObjectMotion>,
 }
 
 /// The same of one object.
@@ -68,18 +75,26 @@ pub fn stability(scene: &Scene, rigs: &[Rig], backend: &dyn Backend, steps: u32)
         .filter(|&i| !scene.is_static(i))
         .map(|i| motion(&scene.objects[i].name, &start[i], &last[i], peaks[i]))
         .collect();
-    let over = |value: fn(&ObjectMotion) -> f64| mean(objects.iter().map(value));
     Ok(Stability {
         steps,
         movable: objects.len(),
-        stable_rate_pct: percent(objects.iter().filter(|object| object.stable).count(), objects.len()),
-        mean_position_drift_m: over(|object| object.drift_m),
-        mean_rotation_drift_rad: over(|object| object.rotation_rad),
-        mean_peak_linear_velocity_mps: over(|object| object.peak_linear_velocity_mps),
-        mean_peak_angular_velocity_radps: over(|object| object.peak_angular_velocity_radps),
+        means: (!objects.is_empty()).then(|| Means::of(&objects)),
         valid: status.iter().all(|status| status.is_usable()),
         objects,
     })
+}
+
+impl Means {
+    fn of(objects: &[ObjectMotion]) -> Self {
+        let over = |value: fn(&ObjectMotion) -> f64| mean(objects.iter().map(value));
+        Self {
+            stable_rate_pct: percent(objects.iter().filter(|object| object.stable).count(), objects.len()),
+            mean_position_drift_m: over(|object| object.drift_m),
+            mean_rotation_drift_rad: over(|object| object.rotation_rad),
+            mean_peak_linear_velocity_mps: over(|object| object.peak_linear_velocity_mps),
+            mean_peak_angular_velocity_radps: over(|object| object.peak_angular_velocity_radps),
+        }
+    }
 }
 
 fn faster(peak: [f32; 2], velocity: &Velocity) -> [f32; 2] {

@@ -60,11 +60,15 @@ type Column = table::Column<fn(&Metrics) -> Option<f64>>;
 const COLUMNS: [Column; 16] = [
     column("collision_rate_pct", "coll. %", 1.0, 1, |m| Some(m.collision.strict.collision_rate_pct)),
     column("collision_rate_1mm_pct", "> 1 mm %", 1.0, 1, |m| Some(m.collision.deeper_than_1mm.collision_rate_pct)),
-    column("stable_rate_pct", "stable %", 1.0, 1, |m| Some(m.stability.stable_rate_pct)),
-    column("mean_position_drift_m", "drift mm", 1e3, 1, |m| Some(m.stability.mean_position_drift_m)),
-    column("mean_rotation_drift_rad", "drift °", DEGREES, 2, |m| Some(m.stability.mean_rotation_drift_rad)),
-    column("mean_peak_linear_velocity_mps", "peak m/s", 1.0, 3, |m| Some(m.stability.mean_peak_linear_velocity_mps)),
-    column("mean_peak_angular_velocity_radps", "rad/s", 1.0, 3, |m| Some(m.stability.mean_peak_angular_velocity_radps)),
+    column("stable_rate_pct", "stable %", 1.0, 1, |m| m.stability.means.map(|s| s.stable_rate_pct)),
+    column("mean_position_drift_m", "drift mm", 1e3, 1, |m| m.stability.means.map(|s| s.mean_position_drift_m)),
+    column("mean_rotation_drift_rad", "drift °", DEGREES, 2, |m| m.stability.means.map(|s| s.mean_rotation_drift_rad)),
+    column("mean_peak_linear_velocity_mps", "peak m/s", 1.0, 3, |m| {
+        m.stability.means.map(|s| s.mean_peak_linear_velocity_mps)
+    }),
+    column("mean_peak_angular_velocity_radps", "rad/s", 1.0, 3, |m| {
+        m.stability.means.map(|s| s.mean_peak_angular_velocity_radps)
+    }),
     column("chamfer_distance_m", "CD mm", 1e3, 1, |m| m.geometry.as_ref().map(|g| g.chamfer_distance_m)),
     column("f_score", "F", 1.0, 3, |m| m.geometry.as_ref().map(|g| g.f_score)),
     column("box_iou", "B-IoU", 1.0, 3, |m| m.geometry.as_ref().map(|g| g.box_iou)),
