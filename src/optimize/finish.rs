@@ -1,6 +1,6 @@
 //! The end of a run: the layout that the search left settles, gets a second opinion, is parted and checked.
 
-use super::tolerances::{FALLEN, FOOTINGS, JAMMED};
+use super::tolerances::{FALLEN, FLOATS, FOOTINGS, JAMMED};
 use super::{
     Checkpoint, Clearances, Event, GroupRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings, exact,
     footing::{Written, keep},
@@ -14,7 +14,7 @@ use super::{
     support,
     verify::{Motion, Verified, verify},
 };
-use crate::scene;
+use crate::scene::{self, Object};
 use crate::world::{BackendError, Flow, Pose, World, angle_between};
 use std::time::Instant;
 
@@ -66,6 +66,7 @@ impl Run<'_> {
         if !clearances.complete {
             state.notes.push("the meshes are too large to be looked at whole: some may still overlap".into());
         }
+        state.notes.extend(self.floating(&clearances));
         let mut placements = self.placements.clone();
         let placer = Placer { scene: self.scene, room: &self.room, forms: &self.forms, rigs: &self.rigs };
         state.notes.extend(placer.measure(&layout, &mut placements));
@@ -128,6 +129,22 @@ impl Run<'_> {
             }
         }
         Ok(Checked { written, verified, otherwise, overlaps })
+    }
+
+    /// What rests on its convex parts far above the meshes under it.
+    fn floating(&self, clearances: &Clearances) -> Vec<String> {
+        let drops = self.scene.objects.iter().zip(&clearances.drops).enumerate();
+        let is_seen = |i: usize| !self.scene.is_static(i) && !self.shapes[i].surface.triangles.is_empty();
+        let floats =
+            drops.filter(|(i, (_, drop))| clearances.complete && is_seen(*i) && drop.is_none_or(|drop| drop > FLOATS));
+        let note = |(_, (object, drop)): (usize, (&Object, &Option<f64>))| {
+            let far = drop.map_or_else(|| "more than 50 mm".into(), |drop| format!("{:.0} mm", 1e3 * drop));
+            format!(
+                "\"{}\" rests {far} above the meshes under it: its convex parts, or theirs, bulge beyond them",
+                object.name
+            )
+        };
+        floats.map(note).collect()
     }
 
     fn part(&self, layout: &mut [scene::Pose]) -> Clearances {

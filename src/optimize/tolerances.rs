@@ -31,6 +31,9 @@ pub(super) const JAMMED: f32 = 2e-3;
 /// Largest gap between an object and what bears it, m.
 pub(super) const BEARS_WITHIN: f32 = 0.005;
 
+/// Meshes whose parts rest on one another and that are farther apart than this float for the eye, m.
+pub(super) const FLOATS: f64 = 0.005;
+
 /// Smallest upward share of the direction in which what bears an object pushes it (about 15° above the horizontal).
 pub(super) const BEARS_UPWARD: f32 = 0.25;
 

@@ -1,6 +1,6 @@
 //! The result in a few lines.
 
-use crate::optimize::{ObjectOutcome, Outcome};
+use crate::optimize::{ObjectOutcome, Outcome, Placement};
 use crate::scene::Scene;
 use serde::Serialize;
 use std::fmt::{Display, Formatter, Result};
@@ -18,6 +18,12 @@ pub struct Summary {
     pub mean_moved: f64,
     /// Largest distance from the input, m.
     pub max_moved: f64,
+    /// Those that were put onto a wall or the ceiling.
+    pub hung: usize,
+    /// Their mean distance from the input, m.
+    pub mean_moved_hung: f64,
+    /// Their largest distance from the input, m.
+    pub max_moved_hung: f64,
     /// Mean distance moved during the check, m.
     pub mean_drift: f64,
     /// Largest distance moved during the check, m.
@@ -44,10 +50,15 @@ impl Summary {
     /// Of the outcome's objects, in the scene's order.
     pub fn new(scene: &Scene, outcome: &Outcome) -> Self {
         let simulated: Vec<&ObjectOutcome> = outcome.objects.iter().filter(|object| object.simulated).collect();
-        let over = |value: fn(&ObjectOutcome) -> f64| {
-            let values = simulated.iter().map(|object| value(object));
+        let is_hung = |(object, placement): &(&ObjectOutcome, &Option<Placement>)| {
+            !object.simulated && placement.as_ref().is_some_and(|placement| placement.side.is_some())
+        };
+        let placed = outcome.objects.iter().zip(&outcome.placements);
+        let hung: Vec<&ObjectOutcome> = placed.filter(is_hung).map(|(object, _)| object).collect();
+        let mean_and_max = |objects: &[&ObjectOutcome], value: fn(&ObjectOutcome) -> f64| {
+            let values = objects.iter().map(|object| value(object));
             (
-                values.clone().fold(0.0, |sum, value| sum + value) / simulated.len().max(1) as f64,
+                values.clone().fold(0.0, |sum, value| sum + value) / objects.len().max(1) as f64,
                 values.fold(0.0, f64::max),
             )
         };
@@ -55,8 +66,9 @@ impl Summary {
             let objects = scene.objects.iter().zip(&outcome.objects);
             objects.filter(|(_, outcome)| which(outcome)).map(|(object, _)| object.name.clone()).collect()
         };
-        let (mean_moved, max_moved) = over(|object| object.moved);
-        let (mean_drift, max_drift) = over(|object| object.drift);
+        let (mean_moved, max_moved) = mean_and_max(&simulated, |object| object.moved);
+        let (mean_moved_hung, max_moved_hung) = mean_and_max(&hung, |object| object.moved);
+        let (mean_drift, max_drift) = mean_and_max(&simulated, |object| object.drift);
         let lost_support = names(|object| object.lost_support);
         let parted = || outcome.clearances.shifts.iter().map(|shift| shift.length()).filter(|shift| *shift > 0.0);
         Self {
@@ -65,6 +77,9 @@ impl Summary {
             stable: simulated.iter().filter(|object| object.stable).count(),
             mean_moved,
             max_moved,
+            hung: hung.len(),
+            mean_moved_hung,
+            max_moved_hung,
             mean_drift,
             max_drift,
             unstable: names(|object| object.simulated && !object.stable),
@@ -101,6 +116,9 @@ impl Display for Summary {
         writeln!(f, "objects simulated   {} of {}", self.simulated, self.objects)?;
         writeln!(f, "stable              {} of {}", self.stable, self.simulated)?;
         writeln!(f, "moved from input    {}", millimetres(self.mean_moved, self.max_moved))?;
+        if self.hung > 0 {
+            writeln!(f, "moved to walls      {}", millimetres(self.mean_moved_hung, self.max_moved_hung))?;
+        }
         writeln!(f, "drift in the check  {}", millimetres(self.mean_drift, self.max_drift))?;
         writeln!(f, "unstable            {}", list(&self.unstable))?;
         writeln!(f, "with other parts    {}", list(&self.unstable_otherwise))?;
