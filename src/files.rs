@@ -4,6 +4,9 @@ use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+/// What the names of temporary files and folders begin with.
+pub const TEMPORARY: &str = ".rest3d-gpu-";
+
 /// Replaces or creates a file in one step: the bytes go to a temporary file in the same folder, which is made if it is
 /// not there, and takes the name once they are on the disk. A reader, a full disk or a power cut never meets half a
 /// file.
@@ -22,7 +25,7 @@ pub fn write_whole_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     fs::create_dir_all(folder)?;
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".rest3d-gpu-");
+    builder.prefix(TEMPORARY);
     // Temporary files are private by default; this one becomes an ordinary file, readable as the umask says.
     #[cfg(unix)]
     {

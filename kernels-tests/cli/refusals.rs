@@ -6,6 +6,7 @@ use crate::fixture::*;
 use serde_json::{Value, json};
 use std::fs;
 use std::process::Command;
+use std::time::{Duration, SystemTime};
 
 #[test]
 fn bad_scenes_are_refused_and_nothing_is_written() {
@@ -191,6 +192,24 @@ fn the_input_is_never_replaced() {
     fs::write(case.path("out/parts/table_0.obj"), CUBE).unwrap();
     refuses(&case, case.command("optimize").arg("-o").arg(case.path("out")), &["table_0.obj", "-o"]);
     refuses(&case, case.command("simulate").arg("-o").arg(case.path("out/parts/table_0.obj")), &["table_0.obj", "-o"]);
+}
+
+/// What a run left that was killed as it wrote: it goes once it is nobody's any more.
+#[test]
+fn what_killed_runs_left_goes() {
+    let case = Case::new(&table());
+    let left = |name: &str| case.path("out").join(name);
+    fs::create_dir_all(left(".rest3d-gpu-old/parts")).unwrap();
+    fs::create_dir_all(left(".rest3d-gpu-new")).unwrap();
+    fs::create_dir_all(left(".mine")).unwrap();
+    fs::write(left(".rest3d-gpu-file"), "").unwrap();
+    let long_ago = SystemTime::now() - Duration::from_secs(7200);
+    for name in [".rest3d-gpu-old", ".mine", ".rest3d-gpu-file"] {
+        fs::File::open(left(name)).unwrap().set_modified(long_ago).unwrap();
+    }
+    assert!(case.optimize("out", &TINY).status.success());
+    let there = [".rest3d-gpu-old", ".rest3d-gpu-file", ".rest3d-gpu-new", ".mine"].map(|name| left(name).exists());
+    assert_eq!(there, [false, false, true, true]);
 }
 
 #[test]

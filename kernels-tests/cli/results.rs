@@ -175,6 +175,9 @@ fn resuming_without_a_checkpoint_starts_anew_and_a_broken_one_is_refused() {
     let output = case.optimize("out", &[&TINY[..], &["--resume"]].concat());
     assert!(output.status.success() && text(&output.stderr).contains("no checkpoint"), "{}", text(&output.stderr));
     fs::write(case.path("out/checkpoint.json"), "{\"version\": ").unwrap();
+    let told = text(&case.command("optimize").arg("-o").arg(case.path("out")).args(TINY).output().unwrap().stderr);
+    assert!(told.contains("checkpoint.json: a run that was stopped could go on with --resume"), "{told}");
+    fs::write(case.path("out/checkpoint.json"), "{\"version\": ").unwrap();
     let mut command = case.command("optimize");
     refuses(&case, command.arg("-o").arg(case.path("out")).arg("--resume"), &["checkpoint.json"]);
 }

@@ -78,7 +78,7 @@ fn a_checkpoint_of_another_run_is_refused() {
         let error = go(boxes, &backend, config, seed, Some(checkpoint), &mut Watch::default()).unwrap_err();
         assert!(matches!(&error, OptimizeError::Checkpoint(text) if text.contains(word)), "{error}");
     };
-    refused(&boxes, &config(), 4, "seed (3 instead of 4)");
+    refused(&boxes, &config(), 4, "seed 3, not 4; give --seed 3");
     let mut other = config();
     other.energy.layout = 2.0;
     refused(&boxes, &other, 3, "configuration");

@@ -70,6 +70,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::refuse_to_overwrite(&scene, &places)?;
     output::check_writable(&dir)?;
     let resume = if args.resume { read_checkpoint(&checkpoint)? } else { None };
+    if !args.resume && checkpoint.exists() {
+        say(format_args!(
+            "note: {}: a run that was stopped could go on with --resume; this one replaces it",
+            checkpoint.display()
+        ));
+    }
     let canonicalization = canonical(&mut scene, args.canonicalize)?;
     let clock = Instant::now();
     let shapes = shapes::make(&scene, true)?;

@@ -1,16 +1,21 @@
 //! The folder that a run leaves its files in: all of them, or none.
 
 use super::Failure;
+use rest3d_gpu::files::TEMPORARY;
 use rest3d_gpu::scene::Scene;
 use serde_json::Value;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
+use std::time::Duration;
+
+/// A temporary file that is older is nobody's any more.
+const LEFT_AFTER: Duration = Duration::from_secs(3600);
 
 /// Finds out before the long work whether files could be written into `dir`, which may not exist yet. Nothing is left.
 pub fn check_writable(dir: &Path) -> Result<(), Failure> {
     let missing: Vec<&Path> = dir.ancestors().map(here).take_while(|path| !path.exists()).collect();
     let tried = fs::create_dir_all(dir)
-        .and_then(|()| tempfile::Builder::new().prefix(".rest3d-gpu-").tempfile_in(here(dir)).map(drop));
+        .and_then(|()| tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(here(dir)).map(drop));
     // Those that were not there go again, the innermost first; what someone else has put there meanwhile stays.
     for path in missing {
         let _ = fs::remove_dir(path);
@@ -38,6 +43,7 @@ pub fn check_places(files: &[PathBuf], parts: &Path) -> Result<(), Failure> {
         Some(file) if file.is_symlink() => refuse(file, "link", "file"),
         Some(file) if file.is_dir() => refuse(file, "folder", "file"),
         Some(file) => refuse(file, "device or pipe", "file"),
+        None if parts.is_symlink() && !parts.exists() => refuse(parts, "link to nothing", "folder"),
         None if parts.exists() && !parts.is_dir() => refuse(parts, "file", "folder"),
         None => Ok(()),
     }
@@ -77,13 +83,25 @@ pub fn remove_stale(dir: &Path, earlier: &[PathBuf], files: &[(PathBuf, Vec<u8>)
     }
 }
 
+/// Removes what killed runs left in `dir`: temporary files and folders that nobody has touched for an hour.
+fn remove_leftovers(dir: &Path) {
+    let is_old = |entry: &fs::DirEntry| {
+        let age = entry.metadata().and_then(|found| found.modified()).map(|time| time.elapsed().unwrap_or_default());
+        entry.file_name().to_string_lossy().starts_with(TEMPORARY) && age.is_ok_and(|age| age > LEFT_AFTER)
+    };
+    for entry in fs::read_dir(dir).into_iter().flatten().flatten().filter(is_old) {
+        let path = entry.path();
+        let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+    }
+}
+
 /// Writes the files, given as paths inside `dir` with their bytes, in order. They are first written whole into a folder
 /// beside their places, so that a full disk is met before the first old file is replaced, and then renamed; the last
 /// file is the one that refers to the others.
 pub fn write_all(dir: &Path, files: &[(PathBuf, Vec<u8>)]) -> Result<(), Failure> {
     fs::create_dir_all(dir).map_err(|error| Failure::writing(dir, error))?;
-    let staging =
-        tempfile::Builder::new().prefix(".rest3d-gpu-").tempdir_in(dir).map_err(|e| Failure::writing(dir, e))?;
+    remove_leftovers(dir);
+    let staging = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(dir).map_err(|e| Failure::writing(dir, e))?;
     for (name, bytes) in files {
         let path = staging.path().join(name);
         let written = fs::create_dir_all(parent(&path)).and_then(|()| fs::write(&path, bytes));

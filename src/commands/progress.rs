@@ -128,8 +128,8 @@ fn terms(energy: &Energy) -> String {
     )
 }
 
-/// `1:05`, at the pace of the candidates that were simulated so far.
-fn time_left(elapsed: Duration, simulated: u64, left: u64) -> String {
-    let seconds = (elapsed.as_secs_f64() * left as f64 / simulated.max(1) as f64).round() as u64;
+/// `1:05`, at the pace of what was done so far.
+pub fn time_left(elapsed: Duration, done: u64, left: u64) -> String {
+    let seconds = (elapsed.as_secs_f64() * left as f64 / done.max(1) as f64).round() as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }

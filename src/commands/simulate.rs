@@ -1,7 +1,7 @@
 //! `simulate`: one forward simulation of a scene as it stands.
 
 use super::backend::BackendArgs;
-use super::{Failure, canonicalize, output, print_result, replay, say, scenes, shapes};
+use super::{Failure, canonicalize, output, print_result, progress, replay, say, scenes, shapes};
 use rest3d_gpu::files::write_whole_with;
 use rest3d_gpu::optimize::{Candidate, Rig, standing};
 use rest3d_gpu::report::Trajectory;
@@ -12,6 +12,7 @@ use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 use std::slice;
+use std::time::Instant;
 
 /// Simulate a scene as it stands and write all poses and velocities as JSON
 ///
@@ -70,7 +71,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let too_long = || Failure::Input(format!("--steps {steps}: the states do not fit into memory; take fewer"));
     let mut trajectory = Trajectory::new(&scene, &rigs, settings.dt.into(), steps).ok_or_else(too_long)?;
     let (mut poses, mut velocities) = (trajectory.start(), vec![Velocity::default(); rigs.len()]);
-    let status = backend.simulate(&motion.world, &settings, &motion.placed, &mut |_, now, speeds| {
+    let (bar, clock) = (progress::bar(steps.into(), progress::SHORT), Instant::now());
+    let status = backend.simulate(&motion.world, &settings, &motion.placed, &mut |step, now, speeds| {
+        let done = u64::from(step) + 1;
+        bar.set_position(done);
+        let left = progress::time_left(clock.elapsed(), done, u64::from(steps).saturating_sub(done));
+        bar.set_message(format!("step {done} of {steps}, {left} left"));
         for ((&object, pose), speed) in motion.objects.iter().zip(now).zip(speeds) {
             poses[object] = pose.raised(-motion.lift);
             velocities[object] = *speed;
@@ -78,6 +84,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         trajectory.push(&poses, &velocities);
         Flow::Continue
     })?;
+    bar.finish_and_clear();
     report_status(&status)?;
 
     let Some(file) = &args.output else {

@@ -105,15 +105,17 @@ impl Checkpoint {
     /// Refuses a checkpoint of another run. `fresh` is the start of this one, which has so many `groups`.
     pub(super) fn check(&self, fresh: &Self, groups: usize) -> Result<(), OptimizeError> {
         let of_another = |what: &str| {
-            Err(OptimizeError::Checkpoint(format!(
-                "it was made with another {what}; give the same {what} again, or start without --resume"
-            )))
+            let again = format!("give the same {what} again, or start without --resume");
+            Err(OptimizeError::Checkpoint(format!("it was made with another {what}; {again}")))
         };
         if self.version != fresh.version {
             return of_another("version of this program");
         }
         if self.seed != fresh.seed {
-            return of_another(&format!("seed ({} instead of {})", self.seed, fresh.seed));
+            let (was, is) = (self.seed, fresh.seed);
+            let problem =
+                format!("it was made with seed {was}, not {is}; give --seed {was}, or start without --resume");
+            return Err(OptimizeError::Checkpoint(problem));
         }
         if self.config != fresh.config {
             return of_another("configuration");

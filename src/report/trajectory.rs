@@ -2,7 +2,7 @@
 
 use crate::optimize::Rig;
 use crate::scene::Scene;
-use crate::world::{Pose, Velocity};
+use crate::world::{Pose, Velocity, free_memory};
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 /// All states of one simulation. Serializes as
@@ -24,7 +24,13 @@ impl<'a> Trajectory<'a> {
     /// The start: the scene as it stands, at rest. Room for `steps` more; `None` if there is not so much memory.
     pub fn new(scene: &'a Scene, rigs: &'a [Rig], dt: f64, steps: u32) -> Option<Self> {
         let mut states = Vec::new();
-        states.try_reserve_exact(scene.objects.len().checked_mul(steps as usize + 1)?).ok()?;
+        let count = scene.objects.len().checked_mul(steps as usize + 1)?;
+        let bytes = count.checked_mul(size_of::<(Pose, Velocity)>())? as u64;
+        // The reservation alone succeeds where more is promised than there is.
+        if free_memory().is_some_and(|free| bytes > free) {
+            return None;
+        }
+        states.try_reserve_exact(count).ok()?;
         let at_rest = |(object, rig): (&crate::scene::Object, &Rig)| (rig.body(&object.pose), Velocity::default());
         states.extend(scene.objects.iter().zip(rigs).map(at_rest));
         Some(Self { scene, rigs, dt, states })
