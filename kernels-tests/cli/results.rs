@@ -101,6 +101,18 @@ fn the_report_says_what_happened() {
     assert_eq!(csv.lines().count(), 1 + report["iterations"].as_array().unwrap().len());
 }
 
+/// A box whose given part reaches 2 cm below its mesh.
+#[test]
+fn what_floats_on_its_parts_is_named() {
+    let mut floating = cuboid("crate", "ground", [0.0, 0.12, 0.0], [0.2, 0.2, 0.2]);
+    floating["convex_parts"] = json!(["long.obj"]);
+    let case = Case::new(&scene(vec![floating, cuboid("box", "ground", [0.5, 0.1, 0.0], [0.2, 0.2, 0.2])]));
+    fs::write(case.path("long.obj"), CUBE.replace("-0.5 ", "-0.6 ")).unwrap();
+    let notes = case.report(&TINY)["notes"].to_string();
+    assert!(notes.contains("\\\"crate\\\" rests 20 mm above the meshes under it"), "{notes}");
+    assert!(!notes.contains("\\\"box\\\" rests"), "{notes}");
+}
+
 #[test]
 fn with_json_stdout_holds_one_object_and_nothing_else() {
     let case = Case::new(&table());

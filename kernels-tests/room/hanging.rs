@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use parry3d::math::Pose as Isometry;
 use parry3d::query::contact;
 use parry3d::shape::ConvexPolyhedron;
+use rest3d_gpu::report::Summary;
 use rest3d_gpu::scene::{Parent, Pose, Root, Scene};
 use serde_json::json;
 
@@ -24,6 +25,11 @@ fn what_hangs_touches_and_meets_nothing_at_any_angle() {
         // The lamp and the fan were in each other.
         let apart = done.pose("lamp").translation.distance(done.pose("fan").translation);
         assert!(apart > 0.6, "{apart}");
+        let moved = ["picture", "clock", "shelf", "lamp", "fan"].map(|name| done.outcome.objects[ready.index(name)].moved);
+        let summary = Summary::new(&ready.scene, &done.outcome);
+        assert_eq!(summary.hung, moved.len());
+        assert!((summary.mean_moved_hung - moved.iter().sum::<f64>() / 5.0).abs() < 1e-9, "{moved:?}");
+        assert_eq!(summary.max_moved_hung, moved.into_iter().fold(0.0, f64::max));
         assert!(done.outcome.objects.iter().all(|object| object.stable && !object.lost_support));
     }
 }

@@ -177,7 +177,7 @@ impl Placer<'_> {
         self.carry(object, pose, layout);
     }
 
-    /// What reaches out of the room; what hangs or stands at a wall tells its distance from that itself.
+    /// What reaches out of the room. How far what hangs is from its wall stands in its placement.
     fn reaching_through(&self, layout: &[Pose]) -> Vec<String> {
         let mut notes = Vec::new();
         for (i, object) in self.scene.objects.iter().enumerate() {
