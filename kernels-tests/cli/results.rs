@@ -1,5 +1,6 @@
 //! What `optimize` leaves on disk, prints and resumes.
 
+use crate::common::meshes::CUBE;
 use crate::common::program::program;
 use crate::fixture::*;
 use rest3d_gpu::shape::PADDING;

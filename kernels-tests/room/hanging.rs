@@ -25,7 +25,8 @@ fn what_hangs_touches_and_meets_nothing_at_any_angle() {
         // The lamp and the fan were in each other.
         let apart = done.pose("lamp").translation.distance(done.pose("fan").translation);
         assert!(apart > 0.6, "{apart}");
-        let moved = ["picture", "clock", "shelf", "lamp", "fan"].map(|name| done.outcome.objects[ready.index(name)].moved);
+        let moved =
+            ["picture", "clock", "shelf", "lamp", "fan"].map(|name| done.outcome.objects[ready.index(name)].moved);
         let summary = Summary::new(&ready.scene, &done.outcome);
         assert_eq!(summary.hung, moved.len());
         assert!((summary.mean_moved_hung - moved.iter().sum::<f64>() / 5.0).abs() < 1e-9, "{moved:?}");
