@@ -152,6 +152,10 @@ fn links_and_devices_are_not_replaced() {
     fs::create_dir(case.path("linked")).unwrap();
     std::os::unix::fs::symlink(elsewhere.path().join("target.json"), case.path("linked/scene.json")).unwrap();
     refuses(&case, case.command("optimize").arg("-o").arg(case.path("linked")), &["scene.json", "is a link"]);
+    let hollow = elsewhere.path().join("hollow");
+    fs::create_dir(&hollow).unwrap();
+    std::os::unix::fs::symlink(elsewhere.path().join("nothing"), hollow.join("parts")).unwrap();
+    refuses(&case, case.command("optimize").arg("-o").arg(&hollow), &["parts", "is a link to nothing"]);
     assert_eq!(fs::read_to_string(elsewhere.path().join("target.json")).unwrap(), "old");
 }
 
