@@ -55,6 +55,21 @@ fn a_mesh_of_one_triangle_gives_a_result() {
     assert!(report["objects"][0]["notes"].to_string().contains("thick"), "{}", report["objects"][0]);
 }
 
+/// Deeper in it than what is set onto something is shifted otherwise: beside it, it would have lost its support.
+#[test]
+fn what_a_closed_box_swallows_is_set_onto_it() {
+    for relation in ["inside", "on"] {
+        let mut ring = cuboid("ring", "chest", [0.02, 0.8, 0.03], [0.05, 0.05, 0.05]);
+        ring["relation"] = json!(relation);
+        let chest = cuboid("chest", "ground", [0.0, 0.55, 0.0], [0.4, 1.1, 0.3]);
+        let report = Case::new(&scene(vec![chest, ring])).report(&TINY);
+        assert_eq!(report["summary"]["support_violations"], 0, "{}", report["summary"]);
+        let moved = report["objects"][1]["moved"].as_f64().unwrap();
+        assert!((moved - 0.325).abs() < 0.01, "{moved}");
+        assert!(report["notes"].to_string().contains("\\\"ring\\\" (0.3"), "{}", report["notes"]);
+    }
+}
+
 #[test]
 fn two_hundred_objects_give_a_result_and_the_memory_is_told() {
     let objects = (0..200).map(|i| {

@@ -1,6 +1,6 @@
 //! The end of a run: the layout that the search left settles, gets a second opinion, is parted and checked.
 
-use super::tolerances::{FALLEN, FLOATS, FOOTINGS, JAMMED};
+use super::tolerances::{FALLEN, FLOATS, FOOTINGS, JAMMED, MOST_TOLD, MOVED_FAR};
 use super::{
     Checkpoint, Clearances, Event, GroupRecord, ObjectOutcome, Observer, OptimizeError, Outcome, Timings, exact,
     footing::{Written, keep},
@@ -81,10 +81,12 @@ impl Run<'_> {
                 1e3 * overlap
             ));
         }
+        let objects = self.assess(&layout, &checked);
+        state.notes.extend(self.far(&objects));
         Ok(Outcome {
             room: self.room.clone(),
             placements,
-            objects: self.assess(&layout, &checked),
+            objects,
             parts: checked.written.parts,
             groups: state.groups,
             iterations: state.iterations,
@@ -145,6 +147,22 @@ impl Run<'_> {
             )
         };
         floats.map(note).collect()
+    }
+
+    /// What has gone far, but not with what it is on, the farthest first.
+    fn far(&self, objects: &[ObjectOutcome]) -> Option<String> {
+        let went = |i: usize| objects[i].simulated && objects[i].moved > MOVED_FAR;
+        let alone = |&i: &usize| went(i) && !self.scene.bearers(i).next().is_some_and(went);
+        let mut far: Vec<usize> = (0..objects.len()).filter(alone).collect();
+        far.sort_by(|&a, &b| objects[b].moved.total_cmp(&objects[a].moved));
+        let told = far.iter().take(MOST_TOLD);
+        let mut told: Vec<String> =
+            told.map(|&i| format!("\"{}\" ({:.2} m)", self.scene.objects[i].name, objects[i].moved)).collect();
+        if far.len() > MOST_TOLD {
+            told.push(format!("{} more", far.len() - MOST_TOLD));
+        }
+        let note = "there was no place for it nearer, or its parent is not what bears it";
+        (!far.is_empty()).then(|| format!("moved by more than {MOVED_FAR} m: {}: {note}", told.join(", ")))
     }
 
     fn part(&self, layout: &mut [scene::Pose]) -> Clearances {

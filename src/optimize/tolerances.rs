@@ -34,6 +34,12 @@ pub(super) const BEARS_WITHIN: f32 = 0.005;
 /// Meshes whose parts rest on one another and that are farther apart than this float for the eye, m.
 pub(super) const FLOATS: f64 = 0.005;
 
+/// What is moved farther than this was seen elsewhere, m: the user is to look at it.
+pub(super) const MOVED_FAR: f64 = 0.2;
+
+/// So many of these are named.
+pub(super) const MOST_TOLD: usize = 8;
+
 /// Smallest upward share of the direction in which what bears an object pushes it (about 15° above the horizontal).
 pub(super) const BEARS_UPWARD: f32 = 0.25;
 

@@ -66,8 +66,11 @@ impl Seat<'_> {
     ) -> scene::Pose {
         let shift = match (footprint, bearer) {
             (Some(footprint), Some(bearer)) => {
-                let shift = support_shift(footprint, aside.as_vec3(), bearer).unwrap_or(0.0);
-                if shift.abs() <= MAX_SHIFT { shift } else { 0.0 }
+                let overlaps = overlaps(footprint, aside.as_vec3(), bearer);
+                let shift = nearest_top(&overlaps).unwrap_or(0.0);
+                let is_on = matches!(self.scene.objects[object].relation, Relation::On | Relation::Inside);
+                let swallowed = is_on && overlaps.iter().any(|&[low, high]| low < 0.0 && high > 0.0);
+                if shift.abs() <= MAX_SHIFT || swallowed { shift } else { 0.0 }
             }
             _ => self.shift(object, pose, None),
         };
@@ -131,6 +134,15 @@ impl Seat<'_> {
 
 /// The smallest vertical shift that lets `child`, put `aside`, rest on `bearer`, m; none if nothing is below it.
 pub(super) fn support_shift(child: &Solid, aside: Vec3, bearer: &Solid) -> Option<f32> {
+    nearest_top(&overlaps(child, aside, bearer))
+}
+
+fn nearest_top(overlaps: &[[f32; 2]]) -> Option<f32> {
+    overlaps.iter().map(|&[_, high]| high).min_by(|a, b| a.abs().total_cmp(&b.abs()))
+}
+
+/// The vertical shifts with which `child`, put `aside`, overlaps `bearer`, from and to, m, from the lowest.
+fn overlaps(child: &Solid, aside: Vec3, bearer: &Solid) -> Vec<[f32; 2]> {
     let [there, here] = [aside, Vec3::ZERO].map(Isometry::from_translation);
     let mut overlaps: Vec<[f32; 2]> = Vec::new();
     for (box_a, a) in &child.parts {
@@ -148,7 +160,7 @@ pub(super) fn support_shift(child: &Solid, aside: Vec3, bearer: &Solid) -> Optio
             _ => joined.push([low, high]),
         }
     }
-    joined.into_iter().map(|[_, high]| high).min_by(|a, b| a.abs().total_cmp(&b.abs()))
+    joined
 }
 
 #[cfg(test)]

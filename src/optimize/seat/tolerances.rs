@@ -1,7 +1,7 @@
 //! What decides how objects are set onto their supports: in metres, radians and seconds.
 
 /// An object is not shifted farther than this onto another, m: what is farther off is not a wrong height but a wrong
-/// parent.
+/// parent. But what its parent has swallowed has nowhere else to go.
 pub(super) const MAX_SHIFT: f32 = 0.2;
 
 /// The footprint that looks for support is so much narrower than the object: a book that leans into a wall of the shelf
