@@ -1,6 +1,7 @@
 //! Walls that bear, and what leans on them.
 
 use crate::fixture::*;
+use glam::{DQuat, DVec3};
 use rest3d_gpu::optimize::Config;
 use rest3d_gpu::scene::Root;
 
@@ -76,6 +77,68 @@ fn what_leans_needs_its_wall_and_keeps_leaning() {
             alone.outcome.objects.iter().filter(|object| object.fallen || !object.stable || object.turned > 0.15);
         assert!(fallen.count() >= 2, "a canary: without a wall they do not stay");
     }
+}
+
+/// How far the up axis of an object leans towards the back wall of a room turned by `turn`, and sideways.
+fn leans(done: &Done<'_>, name: &str, turn: f64) -> [f64; 2] {
+    let up = DQuat::from_rotation_y(-turn) * (done.pose(name).rotation * DVec3::Y);
+    [-up.z, up.x.abs()]
+}
+
+/// On a rug, and however crooked it was reconstructed.
+#[test]
+fn what_leans_does_so_squarely_and_on_what_is_below_it() {
+    let turn = 0.4;
+    for (rug, yaw, sideways) in [(true, 0.0, 0.0), (false, 0.17, 0.0), (false, -0.09, 0.05), (true, 0.0, 0.087)] {
+        let mut boxes = Boxes::new(turn).with_room(2.5);
+        if rug {
+            boxes.add("rug", "ground", [1.6, 0.008, 1.2], [0.0, 0.004, -1.35], 0.0, 0.0);
+        }
+        let crooked =
+            DQuat::from_rotation_y(turn + yaw) * DQuat::from_rotation_z(sideways) * DQuat::from_rotation_x(-0.23);
+        for (name, width, x) in [("door", 0.9, 0.0), ("plank", 0.1, 1.2)] {
+            let added = boxes.add(name, "ground-wall", [width, 2.0, 0.04], [x, 1.0, -1.66], 0.0, 0.0);
+            added["rotation_xyzw"] = crooked.to_array().to_vec().into();
+        }
+        let ready = boxes.done();
+        let done = ready.run(&config());
+        for name in ["door", "plank"] {
+            let (outcome, [back, aside]) = (&done.outcome.objects[ready.index(name)], leans(&done, name, turn));
+            assert!((0.17..0.25).contains(&back) && aside < 0.02, "{name}: {back}, {aside} with {yaw}, {sideways}");
+            assert!(outcome.stable && outcome.stable_otherwise && outcome.moved < 0.15, "{name}: {outcome:?}");
+        }
+        let told = done.outcome.notes.iter().any(|note| note.contains("leans: door, plank; "));
+        assert!(told, "{:?}", done.outcome.notes);
+    }
+}
+
+#[test]
+fn what_is_too_thin_to_stand_leans_on_its_wall_not_on_the_sofa() {
+    for given in [true, false] {
+        let mut boxes = Boxes::new(0.0);
+        if given {
+            boxes = boxes.with_room(2.5);
+        }
+        boxes.add("sofa", "ground", [1.8, 0.8, 0.8], [0.0, 0.4, -1.4], 0.0, 0.0);
+        boxes.add("plank", "ground-wall", [0.2, 1.8, 0.03], [0.3, 0.9, -1.95], 0.0, 0.0);
+        let ready = boxes.done();
+        let done = ready.run(&config());
+        let (outcome, [back, _]) = (&done.outcome.objects[1], leans(&done, "plank", 0.0));
+        assert!((0.05..0.15).contains(&back) && outcome.moved < 0.12, "{back}, {outcome:?}");
+        assert!(outcome.stable && outcome.stable_otherwise, "{outcome:?}");
+    }
+}
+
+/// Of two things at a wall that nobody gave the one behind is not pushed through it into the room.
+#[test]
+fn a_wall_is_fitted_behind_the_farther_of_two() {
+    let mut boxes = Boxes::new(0.0);
+    boxes.add("bookcase", "ground-wall", [0.9, 1.8, 0.3], [-1.0, 0.9, -1.85], 0.0, 0.0);
+    boxes.add("door", "ground-wall", [0.9, 2.0, 0.04], [0.6, 1.0, -1.36], 0.0, -0.23);
+    let ready = boxes.done();
+    let done = ready.run(&config());
+    assert!(done.outcome.objects[0].moved < 0.01, "{:?}", done.outcome.objects[0]);
+    assert!(done.outcome.objects[1].stable && leans(&done, "door", 0.0)[0] > 0.17, "{:?}", done.outcome.objects[1]);
 }
 
 /// What the search left against a given wall, though nobody said that it leans there, falls in every engine that knows

@@ -50,6 +50,22 @@ fn books_ride_along_with_their_shelf_and_are_searched_there() {
     assert!(done.outcome.groups.iter().any(|group| group.name == "shelf" && group.units.len() == 3));
 }
 
+/// A bag on a coat stand that was reconstructed askew.
+#[test]
+fn what_hangs_on_something_is_set_upright_with_it() {
+    let mut boxes = Boxes::new(0.0);
+    boxes.add("stand", "ground", [0.4, 1.5, 0.4], [0.0, 0.78, 0.0], 0.0, -0.13);
+    boxes.add("bag", "stand", [0.05, 0.3, 0.2], [0.226, 1.2, 0.0], 0.0, -0.13)["relation"] = "hanging".into();
+    let ready = boxes.done();
+    let done = ready.run(&config());
+    let [stand, bag] = ["stand", "bag"].map(|name| done.pose(name));
+    assert!((stand.rotation * DVec3::Y).y > 0.999, "{stand:?}");
+    let local = |stand: Pose, bag: Pose| stand.rotation.conjugate() * (bag.translation - stand.translation);
+    let [before, after] = [local(ready.scene.objects[0].pose, ready.scene.objects[1].pose), local(stand, bag)];
+    assert!(before.distance(after) < 0.02, "from {before} to {after}");
+    assert!((bag.rotation * DVec3::Y).y > 0.999, "{bag:?}");
+}
+
 #[test]
 fn without_a_room_walls_follow_the_furniture() {
     for turn in [0.0, 0.52, -0.3] {

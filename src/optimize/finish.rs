@@ -28,6 +28,8 @@ struct Checked {
     otherwise: Vec<bool>,
     /// Each object's deepest overlap with another, m.
     overlaps: Vec<f32>,
+    /// The names of those that only stay because of a wall.
+    leaning: Vec<String>,
 }
 
 impl Run<'_> {
@@ -70,6 +72,13 @@ impl Run<'_> {
         let mut placements = self.placements.clone();
         let placer = Placer { scene: self.scene, room: &self.room, forms: &self.forms, rigs: &self.rigs };
         state.notes.extend(placer.measure(&layout, &mut placements));
+        if !checked.leaning.is_empty() {
+            let names = checked.leaning.join(", ");
+            state.notes.push(format!(
+                "on a wall leans: {names}; where objects are loaded without walls, add those of report.json as static \
+                 planes, or it falls"
+            ));
+        }
         state.notes.extend(support::detached(self.scene, &self.rigs, &layout).into_iter().map(|pair| {
             let [object, parent] = pair.map(|i| &self.scene.objects[i].name);
             format!("\"{object}\" does not touch \"{parent}\", which is to hold it, and keeps its place: see to it")
@@ -110,7 +119,7 @@ impl Run<'_> {
             notes.push("nothing in the scene is movable: no search, no simulation".into());
             let written = Written::new(self.shapes, layout, &vec![true; layout.len()]);
             let (otherwise, overlaps) = (vec![true; layout.len()], vec![0.0; layout.len()]);
-            return Ok(Checked { written, verified: None, otherwise, overlaps });
+            return Ok(Checked { written, verified: None, otherwise, overlaps, leaning: Vec::new() });
         };
         let (written, verified) = self.written(global, layout)?;
         let otherwise = opinions.second(layout)?;
@@ -130,7 +139,27 @@ impl Run<'_> {
                 overlaps[object] = depth.max(overlaps[object]);
             }
         }
-        Ok(Checked { written, verified, otherwise, overlaps })
+        let leaning = match &verified {
+            Some(verified) if !self.leant_on.is_empty() => self.leaning(global, &written.rigs, layout, verified)?,
+            _ => Vec::new(),
+        };
+        Ok(Checked { written, verified, otherwise, overlaps, leaning })
+    }
+
+    /// What stays with the walls there, as `verified`, but not without them.
+    fn leaning(
+        &self,
+        global: &Group,
+        rigs: &[Rig],
+        layout: &[scene::Pose],
+        verified: &Verified,
+    ) -> Result<Vec<String>, BackendError> {
+        let world = global.world(rigs, &[], layout, &self.seated);
+        let starts = global.starts(rigs, &[], layout);
+        let free = verify(self.backend, &world, &self.config.fine(), &self.config.verify, &starts, &GO_ON)?;
+        let still = |motions: &[Motion], body: usize| motions[body].is_still(&self.config.verify);
+        let leans = |&(body, _): &(usize, usize)| still(&verified.motions, body) && !still(&free.motions, body);
+        Ok(global.moving().filter(leans).map(|(_, object)| self.scene.objects[object].name.clone()).collect())
     }
 
     /// What rests on its convex parts far above the meshes under it.
@@ -232,7 +261,7 @@ impl Run<'_> {
 
     /// What became of every object.
     fn assess(&self, layout: &[scene::Pose], checked: &Checked) -> Vec<ObjectOutcome> {
-        let Checked { written: Written { rigs, .. }, verified, otherwise, overlaps } = checked;
+        let Checked { written: Written { rigs, .. }, verified, otherwise, overlaps, .. } = checked;
         let mut bodies: Vec<Pose> = rigs.iter().zip(layout).map(|(rig, pose)| rig.body(pose)).collect();
         let mut motions = vec![None; layout.len()];
         if let (Some(verified), Some(global)) = (verified, self.groups.last()) {

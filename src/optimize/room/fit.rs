@@ -66,7 +66,10 @@ pub(super) fn walls(scene: &Scene, forms: &[Form], layout: &[Pose]) -> Vec<Side>
 /// room. Those more than `MAX_INSIDE` beyond it only count if they are as many as what is on it.
 fn enclosing(mut on: Vec<f64>, others: Vec<f64>) -> f64 {
     on.sort_by(f64::total_cmp);
-    let median = on.get(on.len() / 2).copied().unwrap_or(f64::INFINITY);
+    // Of two in the middle that are far apart the outer one: the other can be moved there, but nothing through the wall.
+    let [outer, inner] = [on.len().saturating_sub(1) / 2, on.len() / 2].map(|i| on.get(i).copied());
+    let far = outer.zip(inner).is_some_and(|(outer, inner)| inner - outer > MAX_INSIDE);
+    let median = if far { outer } else { inner }.unwrap_or(f64::INFINITY);
     let beyond = others.iter().filter(|&&other| other < median - MAX_INSIDE).count();
     let least = if beyond < on.len() { median - MAX_INSIDE } else { f64::NEG_INFINITY };
     others.into_iter().filter(|&other| other >= least).fold(median, f64::min)

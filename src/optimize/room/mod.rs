@@ -19,8 +19,11 @@ use crate::scene::{Parent, Pose, Relation, Root, Scene, Wall};
 use crate::shape::{Shape, box_corners};
 use crate::world::{self, BodyDef, STATIC};
 use glam::{DMat3, DQuat, DVec3, Vec3};
+use outline::Outline;
 use serde::Serialize;
-use tolerances::{ASTRAY, BEYOND, DEPTH_SHARE, MAX_INSIDE, MAX_LEAN_ON, MAX_PULL, STEEPEST, THICKNESS, TOWARDS};
+use tolerances::{
+    ASTRAY, BEYOND, DEPTH_SHARE, LEAST_LEAN, MAX_INSIDE, MAX_LEAN_ON, MAX_PULL, STEEPEST, THICKNESS, TOWARDS,
+};
 
 /// A wall or the ceiling.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +58,21 @@ impl Side {
     /// What it is called in a sentence.
     fn title(&self) -> String {
         if self.kind == Root::Wall { format!("wall \"{}\"", self.name) } else { self.name.clone() }
+    }
+
+    /// The rotation of an object that leans on this wall squarely: straight towards it, as far as it does, with its flat
+    /// side along it. As it is if it leans elsewhere.
+    pub(super) fn leant_on_by(&self, form: &Form, pose: &Pose) -> DQuat {
+        let towards = -self.normal.with_y(0.0).normalize_or_zero();
+        let up = up_axis(pose);
+        if lean(pose) > LEANING && up.with_y(0.0).normalize_or_zero().dot(towards) < TOWARDS {
+            return pose.rotation;
+        }
+        let lean = up.dot(towards).atan2(up.y).max(LEAST_LEAN);
+        let level = DQuat::from_rotation_arc(up, DVec3::Y) * pose.rotation;
+        let outline = Outline::new(form.mesh(&Pose { rotation: level, ..*pose }));
+        let yaw = DQuat::from_rotation_y(outline.turn_to(towards).unwrap_or(0.0));
+        (DQuat::from_axis_angle(DVec3::Y.cross(towards), lean) * yaw * level).normalize()
     }
 
     /// Two unit vectors along the plane; of a wall, sideways and up.

@@ -228,16 +228,6 @@ impl Placer<'_> {
             }
         }
         notes.extend(self.reaching_through(layout));
-        let leans = |i: &usize| placements[*i].as_ref().is_some_and(|placement| placement.note == LEANS);
-        let leaning: Vec<&str> =
-            (0..placements.len()).filter(leans).map(|i| self.scene.objects[i].name.as_str()).collect();
-        if !leaning.is_empty() {
-            notes.push(format!(
-                "on a wall leans: {}; where objects are loaded without walls, add those of report.json as static planes, \
-                 or it falls",
-                leaning.join(", ")
-            ));
-        }
         for (_, wall) in self.room.walls().filter(|(_, wall)| !wall.fitted && !wall.bears) {
             notes.push(format!(
                 "wall \"{}\": furniture stands more than {MAX_INSIDE} m beyond it, so nothing was moved inside and nothing leans on it",

@@ -83,6 +83,9 @@ pub(super) const AGREEMENT: f64 = 10.0 * DEGREE;
 /// upright objects by up to 5°.
 pub(in crate::optimize) const LEANING: f64 = 8.0 * DEGREE;
 
+/// What leans on a wall does so by at least this, rad: nearer to upright it falls back off it.
+pub(super) const LEAST_LEAN: f64 = 5.0 * DEGREE;
+
 /// What leans by more than this has fallen over and leans on nothing, rad.
 pub(super) const MAX_LEAN_ON: f64 = 44.0 * DEGREE;
 

@@ -15,12 +15,13 @@ mod roll;
 mod shared;
 mod tolerances;
 mod upright;
+mod wall;
 
 use super::config::SettleSettings;
-use super::room::{self, CONTACT, Form, LEANING, Room};
+use super::room::{Form, LEANING, Room};
 use super::{groups::carry, rig::Rig, settle::settle};
 use super::{posture::lean, tolerances::LEAN};
-use crate::scene::{self, Parent, Relation, Root, Scene};
+use crate::scene::{self, Parent, Relation, Scene};
 use crate::world::{Backend, BackendError, BodyDef, Flow, Pose, STATIC, SimSettings, World, angle_between};
 use glam::Vec3;
 use tolerances::{MAX_SINK, MAX_SLIDE, MAX_TURN, REST_SECONDS};
@@ -102,6 +103,13 @@ impl Seat<'_> {
             self.settle_height(object, layout);
             let mut left_alone = self.rest(object, layout)?;
             let stands = left_alone.as_ref().is_some_and(|rest| rest.stays());
+            // What leans far was meant to; what leans a little does without the wall if it can.
+            let meant = if stands { self.is_flimsy(object, layout) } else { lean(&layout[object]) > LEANING };
+            if meant && let Some(others) = self.lean_on_wall(object, &set, layout)? {
+                bearers[object] = others;
+                unsteady.leaning.push(object);
+                continue;
+            }
             if !(stands && self.is_borne(object, left_alone.as_ref(), layout))
                 && let Some(others) = self.rest_on_others(object, &set, layout)?
             {
@@ -124,18 +132,15 @@ impl Seat<'_> {
                 continue;
             }
             let fall = fall(left_alone.as_ref());
-            // What leans far was meant to; what leans a little does without the wall if it can.
-            let meant = lean(&layout[object]) > LEANING;
-            let mut on_wall = meant && self.lean_on_wall(object, layout)?;
-            if !on_wall && !self.set_upright(object, fall, layout)? {
-                on_wall = !meant && self.lean_on_wall(object, layout)?;
-                if !on_wall {
-                    self.set_at_rest(object, fall, layout)?;
-                    unsteady.rolling.push(object);
-                }
+            if self.set_upright(object, fall, layout)? {
+                continue;
             }
-            if on_wall {
+            if let Some(others) = self.lean_on_wall(object, &set, layout)? {
+                bearers[object] = others;
                 unsteady.leaning.push(object);
+            } else {
+                self.set_at_rest(object, fall, layout)?;
+                unsteady.rolling.push(object);
             }
         }
         for object in self.by_level(layout).into_iter().rev() {
@@ -171,27 +176,6 @@ impl Seat<'_> {
         order
     }
 
-    /// Lets what stands at a wall come to rest against it. False, and left as it was, if it does not stay there either.
-    fn lean_on_wall(&self, object: usize, layout: &mut [scene::Pose]) -> Result<bool, BackendError> {
-        let (form, kept) = (&self.forms[object], layout.to_vec());
-        if self.scene.objects[object].parent != Parent::Root(Root::GroundWall) {
-            return Ok(false);
-        }
-        let Some(wall) = self.room.wall_to_lean_on(form, &layout[object]) else {
-            return Ok(false);
-        };
-        let gap = wall.gap(form.solid(&layout[object]));
-        let place = layout[object].translation + wall.normal.with_y(0.0) * (CONTACT - gap);
-        self.carry(object, scene::Pose { translation: place, ..layout[object] }, layout);
-        let body = room::body(wall, form.bounds(&layout[object]));
-        let rest = self.rests(object, &[body], layout, &[layout[object]])?.remove(0).filter(Rest::stays);
-        match &rest {
-            Some(rest) => self.carry(object, rest.pose, layout),
-            None => layout.copy_from_slice(&kept),
-        }
-        Ok(rest.is_some())
-    }
-
     /// The same with each decomposition of the objects.
     pub(super) fn with_all_parts(&self) -> [Self; 3] {
         let [a, b] = self.alternatives;
@@ -199,17 +183,17 @@ impl Seat<'_> {
     }
 
     /// Moves an object to `pose`, and everything on it as its centre moves, up or down with what is below. What leans
-    /// was reconstructed wrongly, not what is on it: that is turned along only if it is inside, or the object turns
-    /// far.
+    /// was reconstructed wrongly, not what is on it: that is turned along only if it is inside or hangs there, or the
+    /// object turns far.
     pub(super) fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
-        let (old, moves) = (layout[object], |child: usize| !self.scene.is_static(child));
+        let (old, moves) = (layout[object], |child: usize| self.scene.objects[child].movable);
         let turn = pose.rotation * old.rotation.conjugate();
         let way = self.rigs[object].center_of(&pose) - self.rigs[object].center_of(&old);
         let leant = old.rotation.angle_between(pose.rotation) <= LEAN.end;
         for child in self.scene.children(object).filter(|&child| moves(child)) {
             let here = layout[child];
             let rigid = pose.translation + turn * (here.translation - old.translation);
-            let there = match leant && self.scene.objects[child].relation != Relation::Inside {
+            let there = match leant && self.scene.objects[child].relation == Relation::On {
                 true => scene::Pose { translation: (here.translation + way).with_y(rigid.y), ..here },
                 false => scene::Pose { translation: rigid, rotation: (turn * here.rotation).normalize() },
             };

@@ -41,11 +41,7 @@ impl Seat<'_> {
     ) -> Result<Option<Vec<usize>>, BackendError> {
         let on_ground = matches!(self.scene.objects[object].parent, Parent::Root(_));
         let near = self.others_near(object, set, layout);
-        let below: Vec<(usize, f32)> = near
-            .iter()
-            .filter_map(|&other| self.step(object, other, layout).map(|step| (other, step)))
-            .filter(|(_, step)| step.abs() <= STEP)
-            .collect();
+        let below = self.below(object, &near, layout);
         let raise = below.iter().map(|(_, step)| *step).fold(0.0, f32::max);
         let below: Vec<usize> = below.into_iter().map(|(other, _)| other).collect();
         let leans = on_ground && lean(&layout[object]) > LEANING;
@@ -59,8 +55,20 @@ impl Seat<'_> {
             return Ok(None);
         }
         self.carry(object, rest.pose, layout);
+        Ok(Some(self.touched(object, bearers, layout)))
+    }
+
+    /// Those of the `near` ones on which an object may rest, and by how much it is to be raised for that, m.
+    pub(super) fn below(&self, object: usize, near: &[usize], layout: &[scene::Pose]) -> Vec<(usize, f32)> {
+        let steps = near.iter().filter_map(|&other| self.step(object, other, layout).map(|step| (other, step)));
+        steps.filter(|(_, step)| step.abs() <= STEP).collect()
+    }
+
+    /// Those of the `others` that an object touches.
+    pub(super) fn touched(&self, object: usize, mut others: Vec<usize>, layout: &[scene::Pose]) -> Vec<usize> {
         let placed = |i: usize| Placed::new(&self.rigs[i], &self.rigs[i].body(&layout[i]));
-        Ok(Some(bearers.into_iter().filter(|&other| placed(other).touches(&placed(object))).collect()))
+        others.retain(|&other| placed(other).touches(&placed(object)));
+        others
     }
 
     /// Lets an object come to rest on another of the `set` ones with the same parent, if its middle is over that, and its

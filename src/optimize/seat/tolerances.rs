@@ -73,6 +73,10 @@ pub(super) const STEADY: f32 = 0.05;
 /// however far it is from what it leans on.
 pub(super) const SLENDER: f64 = 0.12;
 
+/// What stands at a wall and is thinner than this share of its height leans on it, however upright it was reconstructed:
+/// a slope of 1.1° throws it over at 0.038.
+pub(super) const FLIMSY: f64 = 0.045;
+
 /// What has righted itself and come to rest farther aside than this is put back, m.
 pub(super) const ASIDE: f32 = 2e-3;
 
