@@ -114,13 +114,13 @@ fn what_leans_does_so_squarely_and_on_what_is_below_it() {
 
 #[test]
 fn what_is_too_thin_to_stand_leans_on_its_wall_not_on_the_sofa() {
-    for given in [true, false] {
+    for (given, lean) in [(true, 0.0), (false, 0.0), (true, -0.1), (false, -0.12), (true, 0.05)] {
         let mut boxes = Boxes::new(0.0);
         if given {
             boxes = boxes.with_room(2.5);
         }
         boxes.add("sofa", "ground", [1.8, 0.8, 0.8], [0.0, 0.4, -1.4], 0.0, 0.0);
-        boxes.add("plank", "ground-wall", [0.2, 1.8, 0.03], [0.3, 0.9, -1.95], 0.0, 0.0);
+        boxes.add("plank", "ground-wall", [0.2, 1.8, 0.03], [0.3, 0.9, -1.93], 0.0, lean);
         let ready = boxes.done();
         let done = ready.run(&config());
         let (outcome, [back, _]) = (&done.outcome.objects[1], leans(&done, "plank", 0.0));

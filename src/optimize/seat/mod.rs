@@ -104,7 +104,7 @@ impl Seat<'_> {
             let mut left_alone = self.rest(object, layout)?;
             let stands = left_alone.as_ref().is_some_and(|rest| rest.stays());
             // What leans far was meant to; what leans a little does without the wall if it can.
-            let meant = if stands { self.is_flimsy(object, layout) } else { lean(&layout[object]) > LEANING };
+            let meant = self.is_flimsy(object, layout) || (!stands && lean(&layout[object]) > LEANING);
             if meant && let Some(others) = self.lean_on_wall(object, &set, layout)? {
                 bearers[object] = others;
                 unsteady.leaning.push(object);
