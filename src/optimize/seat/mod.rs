@@ -103,7 +103,7 @@ impl Seat<'_> {
             self.settle_height(object, layout);
             let mut left_alone = self.rest(object, layout)?;
             let stands = left_alone.as_ref().is_some_and(|rest| rest.stays());
-            // What leans far was meant to; what leans a little does without the wall if it can.
+            // What is too thin cannot do without the wall, and what leans far was meant to lean; else it stands if it can.
             let meant = self.is_flimsy(object, layout) || (!stands && lean(&layout[object]) > LEANING);
             if meant && let Some(others) = self.lean_on_wall(object, &set, layout)? {
                 bearers[object] = others;
