@@ -46,11 +46,29 @@ mod whole;
 use fixture::Device;
 use libtest_mimic::{Arguments, Failed, Trial};
 use rest3d_gpu::gpu::AdapterChoice;
+use std::env;
 use std::process::ExitCode;
-use std::{env, sync::Arc};
+use std::sync::{Arc, Mutex};
 
 /// A test by name.
 type Test = (&'static str, fn(&Device) -> Result<(), Failed>);
+
+/// Devices that no test uses at the moment: tests on the same one would wait for each other's work.
+struct Idle {
+    choice: AdapterChoice,
+    devices: Mutex<Vec<Device>>,
+}
+
+impl Idle {
+    /// Lends a device to a test, a new one if there is none. One in which a test panicked does not come back.
+    fn lend(&self, test: impl FnOnce(&Device) -> Result<(), Failed>) -> Result<(), Failed> {
+        let idle = self.devices.lock().unwrap().pop();
+        let device = idle.map_or_else(|| Device::open(self.choice.clone()), Ok)?;
+        let result = test(&device);
+        self.devices.lock().unwrap().push(device);
+        result
+    }
+}
 
 fn main() -> ExitCode {
     if startup::is_child() {
@@ -59,17 +77,17 @@ fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let required = env::var("REST3D_GPU_REQUIRE_ADAPTER").is_ok_and(|value| value != "0");
     let choice: AdapterChoice = env::var("REST3D_GPU_ADAPTER").unwrap_or_else(|_| "auto".into()).parse().unwrap();
-    let opened = Arc::new(Device::open(choice));
-    let absent = match opened.as_ref() {
+    let (device, absent) = match Device::open(choice.clone()) {
         Ok(device) => {
             eprintln!("adapter: {}", device.gpu.report().name);
-            false
+            (Some(device), false)
         }
         Err(error) => {
             eprintln!("no tests on the GPU: {error}");
-            !required
+            (None, !required)
         }
     };
+    let idle = Arc::new(Idle { choice, devices: Mutex::new(device.into_iter().collect()) });
     let modules = [
         sample::TESTS,
         place::TESTS,
@@ -101,19 +119,17 @@ fn main() -> ExitCode {
     let alone = modules.into_iter().flatten().map(|test| (test, absent));
     let shared = whole::SHARED_TESTS.iter().map(|test| (test, absent || !cfg!(shared_files)));
     let trials = alone.chain(shared).map(|(&(name, test), ignored)| {
-        let opened = Arc::clone(&opened);
-        let run = move || test(opened.as_ref().as_ref().map_err(|error| error.to_string())?);
-        Trial::test(name, run).with_ignored_flag(ignored)
+        let idle = Arc::clone(&idle);
+        Trial::test(name, move || idle.lend(test)).with_ignored_flag(ignored)
     });
     let bodies = physics::physics_suite!(list_tests());
     let suite = bodies.into_iter().map(|(name, body)| {
-        let opened = Arc::clone(&opened);
-        let run = move || {
-            let device = opened.as_ref().as_ref().map_err(|error| error.to_string())?;
+        let idle = Arc::clone(&idle);
+        let run = move |device: &Device| {
             body(device.backend()?);
             Ok(())
         };
-        Trial::test(name, run).with_ignored_flag(absent)
+        Trial::test(name, move || idle.lend(run)).with_ignored_flag(absent)
     });
     let trials = trials.chain(suite);
     libtest_mimic::run(&arguments, trials.collect()).exit_code()
