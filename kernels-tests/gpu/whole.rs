@@ -26,6 +26,9 @@ const TOUCHING: f32 = 1e-3;
 
 const CANDIDATES: u32 = 100;
 
+/// So many of them are simulated once more to see where their bodies end.
+const WATCHED: u32 = 40;
+
 /// Smallest shares that must agree: verdicts of what starts free; elites (a tenth of the candidates); and rank
 /// correlation.
 const VERDICTS: f64 = 0.99;
@@ -42,7 +45,7 @@ fn settings(narrow_phase: NarrowPhase) -> SearchSettings {
     SearchSettings { simulation, cem, ..Default::default() }
 }
 
-/// The first population: energies, and where every body was and came to lie, candidate by candidate.
+/// The first population: energies, and where every body of the first candidates was and came to lie.
 struct Population {
     energies: Vec<Energy>,
     starts: Vec<Pose>,
@@ -54,7 +57,7 @@ impl Population {
         let settings = settings(narrow_phase);
         let mut search = backend.search(world, &settings, Stream { seed: 0, stage: 0 })?;
         search.iterate()?;
-        let placed: Result<Vec<_>, _> = (0..CANDIDATES).map(|candidate| search.placed(candidate)).collect();
+        let placed: Result<Vec<_>, _> = (0..WATCHED).map(|candidate| search.placed(candidate)).collect();
         let starts = placed?.concat();
         let mut ends = Vec::new();
         backend.simulate(world, &settings.simulation, &starts, &mut |_, poses, _| {
