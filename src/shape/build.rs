@@ -274,10 +274,11 @@ impl<'a> Source<'a> {
     fn alternatives(&self) -> Vec<Option<Body>> {
         let (triangles, levels, solid) = &*self.made;
         let settings = self.settings.alternative();
-        let coarse =
-            decompose::decompose(triangles, solid, levels, ALTERNATIVE_PARTS, self.bears, &settings, &mut Vec::new());
-        let most = settings.max_vertices;
-        let voxels = voxels::decompose(self.mesh, ALTERNATIVE_PARTS);
+        let (mesh, bears, most) = (self.mesh, self.bears, settings.max_vertices);
+        let (coarse, voxels) = rayon::join(
+            || decompose::decompose(triangles, solid, levels, ALTERNATIVE_PARTS, bears, &settings, &mut Vec::new()),
+            || voxels::decompose(mesh, ALTERNATIVE_PARTS),
+        );
         let voxels = voxels.iter().map(|hull| reduce(hull, levels, most, most)).collect();
         let body = |mut hulls: Vec<Hull>| {
             largest_first(&mut hulls);

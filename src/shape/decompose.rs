@@ -10,7 +10,7 @@ use super::bearing::follow_tops;
 use super::cluster::Cluster;
 use super::cover::fit;
 use super::hull::Hull;
-use super::merge::{Limits, merge};
+use super::merge::{Limits, Merged, merge};
 use super::planes::{best_cut, largest_face};
 use super::recut::recut;
 use super::reduce::Levels;
@@ -19,6 +19,7 @@ use super::solid::Solid;
 use super::split::{Piece, components, split};
 use super::tolerances::decompose::{CAKE_COMPONENTS, COMPARTMENT, CONVEX, SHARED};
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// Convex parts of the triangles (scaled, m) whose hulls cover the surface: at most `budget`, or more where so few do
 /// not follow it, above all where things rest on it if it `bears` any.
@@ -56,35 +57,34 @@ pub(super) fn decompose(
     let compartment = COMPARTMENT * (high - low).element_product().powf(4.0 / 3.0);
     let shared = SHARED * layer / whole.hull.volume();
     let limits = Limits { budget, extra: settings.extra_parts, free: enough, compartment, shared };
-    let mut best: Option<(f32, bool, Vec<Cluster>)> = None;
-    let mut consider = |pieces: Vec<Piece>| {
+    let shells = components(triangles);
+    let round = shells.len() <= CAKE_COMPONENTS;
+    let along_faces = |piece: &Piece| largest_face(&piece.triangles, &piece.hull, solid, levels.up);
+    let mut ways: Vec<Vec<Piece>> = Vec::new();
+    if shells.len() > 1 && shells.len() <= settings.max_components {
+        ways.push(shells.into_iter().filter_map(|s| Piece::new(s, solid)).collect());
+    }
+    if round {
+        ways.push(sectors(&whole, solid, levels.up, budget));
+    }
+    ways.push(split(vec![whole.clone()], solid, most, enough, along_faces));
+    ways.push(vec![whole]);
+    let tried = ways.into_par_iter().map(|pieces| {
         let pieces = split(pieces, solid, most, enough, |piece| {
             best_cut(&piece.triangles, &piece.hull, solid, levels.up, |hull| solid.protrusion(hull).0)
         });
         let merged = merge(&pieces, solid, &limits);
         // A part has to be worth what a merge may cost for free.
         let score = merged.bulge + enough * merged.groups.len() as f32;
-        if best.as_ref().is_none_or(|b| score < b.0) {
-            let groups = merged.groups.iter();
-            let joined =
-                groups.filter_map(|members| Cluster::new(members.iter().map(|&m| pieces[m].clone()).collect()));
-            best = Some((score, merged.closed, joined.collect()));
-        }
-    };
-    let shells = components(triangles);
-    let round = shells.len() <= CAKE_COMPONENTS;
-    if shells.len() > 1 && shells.len() <= settings.max_components {
-        consider(shells.into_iter().filter_map(|s| Piece::new(s, solid)).collect());
-    }
-    if round {
-        consider(sectors(&whole, solid, levels.up, budget));
-    }
-    let along_faces = |piece: &Piece| largest_face(&piece.triangles, &piece.hull, solid, levels.up);
-    consider(split(vec![whole.clone()], solid, most, enough, along_faces));
-    consider(vec![whole]);
-    let Some((_, closed, clusters)) = best else {
+        (score, merged, pieces)
+    });
+    let tried: Vec<(f32, Merged, Vec<Piece>)> = tried.collect();
+    let best = tried.into_iter().reduce(|best, other| if other.0 < best.0 { other } else { best });
+    let Some((_, Merged { groups, closed, .. }, pieces)) = best else {
         return Vec::new();
     };
+    let joined = |members: &Vec<usize>| Cluster::new(members.iter().map(|&m| pieces[m].clone()).collect());
+    let clusters = groups.iter().filter_map(joined).collect();
     let clusters = recut(without_hidden(clusters), solid, limits.shared);
     let clusters = match settings.covering {
         true => slim(clusters, solid, levels.up, settings.following_parts),

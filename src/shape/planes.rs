@@ -20,22 +20,33 @@ pub(super) fn best_cut(
     up: Vec3,
     cost: impl Fn(&Hull) -> f32,
 ) -> Option<(Vec3, f32)> {
-    let probes = directions(42);
-    let wire = Wire::new(triangles);
     let spans = spans(hull, up, solid.cell());
     let facets = spans.iter().flat_map(|s| s.facets(triangles, solid.cell()).into_iter().map(|(_, at)| (s.normal, at)));
-    let mut best: Option<(f32, Vec3, f32)> = None;
-    for (normal, offset) in facets.chain(spans.iter().flat_map(|s| s.even().map(|at| (s.normal, at)))) {
+    let planes = facets.chain(spans.iter().flat_map(|s| s.even().map(|at| (s.normal, at))));
+    cheapest(planes, &Wire::new(triangles), &directions(42), f32::INFINITY, cost)
+}
+
+/// The first of the planes at which the two sides of a surface cost least together, if less than `limit`. A cost is never
+/// below 0; hulls of the sides have their extreme points along the `probes`.
+pub(super) fn cheapest(
+    planes: impl Iterator<Item = (Vec3, f32)>,
+    wire: &Wire,
+    probes: &[Vec3],
+    limit: f32,
+    cost: impl Fn(&Hull) -> f32,
+) -> Option<(Vec3, f32)> {
+    let (mut least, mut best) = (limit, None);
+    for (normal, offset) in planes {
         let (below, above) = plane_sides(&wire.vertices, &wire.edges, normal, offset);
-        let (Some(below), Some(above)) = (Hull::coarse(&below, &probes), Hull::coarse(&above, &probes)) else {
-            continue;
-        };
-        let cost = cost(&below) + cost(&above);
-        if best.is_none_or(|b| cost < b.0) {
-            best = Some((cost, normal, offset));
+        // Where the side with more of the surface costs too much already, the other need not be looked at.
+        let [larger, other] = if below.len() < above.len() { [above, below] } else { [below, above] };
+        let cost = |side: &[Vec3]| Hull::coarse(side, probes).map(|hull| cost(&hull));
+        let Some(first) = cost(&larger).filter(|first| *first < least) else { continue };
+        if let Some(both) = cost(&other).map(|second| first + second).filter(|both| *both < least) {
+            (least, best) = (both, Some((normal, offset)));
         }
     }
-    best.map(|b| (b.1, b.2))
+    best
 }
 
 /// The plane of the largest facet that is more than a share `FACE` of the hull's surface.

@@ -4,8 +4,8 @@
 //! plane, so that they share nothing, if that bulges and holds less in all.
 
 use super::cluster::Cluster;
-use super::hull::{Hull, directions, plane_sides};
-use super::planes::Wire;
+use super::hull::{Hull, directions};
+use super::planes::{Wire, cheapest};
 use super::solid::Solid;
 use super::tolerances::recut::{PLANES, SAMPLES, SHARED, SWEEPS, WORTH};
 use glam::Vec3;
@@ -54,23 +54,15 @@ fn apart(a: &Cluster, b: &Cluster, solid: &Solid, shared: f32, probes: &[Vec3]) 
     let now = cost(&a.hull) + cost(&b.hull);
     let both = a.joined(b)?;
     let wire = Wire::new(&both.triangles().copied().collect::<Vec<_>>());
-    let mut best: Option<(f32, Vec3, f32)> = None;
     let middle = |hull: &Hull| 0.5 * (hull.bounds().0 + hull.bounds().1);
     let across = (middle(&a.hull) - middle(&b.hull)).try_normalize();
     let spread = probes.iter().copied().filter(|n| n.y > 0.0);
-    for normal in Vec3::AXES.into_iter().chain(across).chain(spread) {
+    let halfway = |normal: Vec3| {
         let (a, b) = (a.hull.extent(normal), b.hull.extent(normal));
-        let offset = 0.5 * (a.0.max(b.0) + a.1.min(b.1));
-        let (below, above) = plane_sides(&wire.vertices, &wire.edges, normal, offset);
-        let (Some(below), Some(above)) = (Hull::coarse(&below, probes), Hull::coarse(&above, probes)) else {
-            continue;
-        };
-        let cost = cost(&below) + cost(&above);
-        if best.is_none_or(|b| cost < b.0) {
-            best = Some((cost, normal, offset));
-        }
-    }
-    let (_, normal, offset) = best.filter(|b| b.0 < now)?;
+        (normal, 0.5 * (a.0.max(b.0) + a.1.min(b.1)))
+    };
+    let planes = Vec3::AXES.into_iter().chain(across).chain(spread).map(halfway);
+    let (normal, offset) = cheapest(planes, &wire, probes, now, cost)?;
     let [below, above] = both.sides(normal, offset, solid);
     let (below, above) = (below?, above?);
     (cost(&below.hull) + cost(&above.hull) < (1.0 - WORTH) * now).then_some([below, above])
