@@ -6,7 +6,11 @@ use rayon::prelude::*;
 use rest3d_gpu::optimize::shape_requests;
 use rest3d_gpu::scene::Scene;
 use rest3d_gpu::shape::{Cache, Mesh, Shape, ShapeSettings, build_shapes, scaled_mesh};
-use std::time::Instant;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Where there is no terminal for a bar, a line is written at most so often.
+const TOLD_EVERY: Duration = Duration::from_secs(10);
 
 /// Makes or finds the shapes, in the scene's order; with the alternatives that an optimization needs, if they are
 /// wanted.
@@ -19,9 +23,17 @@ pub fn make(scene: &Scene, alternatives: bool) -> Result<Vec<Shape>, Failure> {
         say(format_args!("warning: {warning}"));
     }
     let bar = progress::bar(requests.len() as u64, progress::SHORT);
-    let shapes = build_shapes(&requests, &settings, cache.as_ref(), &|done, _, name| {
+    let told = Mutex::new(clock);
+    let shapes = build_shapes(&requests, &settings, cache.as_ref(), &|done, total, name| {
         bar.set_position(done as u64);
-        bar.set_message(format!("shapes {done}/{}: {name}", requests.len()));
+        bar.set_message(format!("shapes {done}/{total}: {name}"));
+        if let Ok(mut told) = told.lock()
+            && bar.is_hidden()
+            && told.elapsed() >= TOLD_EVERY
+        {
+            say(format_args!("cutting meshes into convex parts, once for all runs: {done} of {total} done"));
+            *told = Instant::now();
+        }
     });
     bar.finish_and_clear();
     let shapes = shapes.map_err(|error| Failure::Input(format!("{}: {error}", scene.file.display())))?;
