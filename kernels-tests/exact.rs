@@ -255,6 +255,21 @@ fn what_has_no_free_place_is_reported() {
     assert!(room.moved(1).length() < 0.01 && room.moved(2).length() == 0.0);
 }
 
+/// Two cupboards that nobody may move, 5 cm in each other, and a box beside them.
+#[test]
+fn what_is_not_movable_stays_and_is_reported() {
+    let cube = || cuboid([-0.1, 0.0, -0.1], [0.1, 0.2, 0.1]);
+    let fixed = || json!({"movable": false});
+    let objects =
+        [(cube(), [0.0, 0.0, 0.0], fixed()), (cube(), [0.15, 0.0, 0.0], fixed()), (cube(), [0.5, 0.0, 0.0], json!({}))];
+    let mut room = room(&objects);
+    let clearances = room.part();
+    let [overlap] = &clearances.overlaps[..] else { panic!("{:?}", clearances.overlaps) };
+    assert_eq!(overlap.objects, [0, 1]);
+    assert!((overlap.depth.unwrap() - 0.05).abs() < 1e-3, "{overlap:?}");
+    assert!(clearances.complete && (0..3).all(|i| room.moved(i) == DVec3::ZERO));
+}
+
 #[test]
 fn odd_meshes_do_no_harm_and_the_result_is_the_same_every_time() {
     let triangle = |a: [f32; 3], b: [f32; 3], c: [f32; 3]| Mesh {

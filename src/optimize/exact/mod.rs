@@ -152,7 +152,7 @@ impl<'a> Exact<'a> {
     fn part(&mut self) {
         for _ in 0..ROUNDS {
             self.lift_from_ground();
-            let mut touching = self.near(TOUCHING);
+            let mut touching = self.near(TOUCHING, false);
             // What an object rests on comes before what stands beside it.
             let bears = |bearer: usize, object: usize| self.scene.bearers(object).any(|other| other == bearer);
             touching.sort_by_key(|&(i, j, _)| (!bears(i, j) && !bears(j, i), i, j));
@@ -196,7 +196,7 @@ impl<'a> Exact<'a> {
 
     /// Gives room to what stands too near beside something, where that touches nothing else.
     fn spread(&mut self) {
-        for (i, j, _) in self.near(TOO_NEAR) {
+        for (i, j, _) in self.near(TOO_NEAR, false) {
             let sideways = self.way(i, j, TOO_NEAR).is_some_and(|way| {
                 let length = way.length();
                 length >= TOUCHING && way.y.abs() < SIDEWAYS * length
@@ -218,12 +218,12 @@ impl<'a> Exact<'a> {
         }
     }
 
-    /// Pairs of objects nearer than `reach` of which at least one may move, with their distance.
-    fn near(&self, reach: f64) -> Vec<(usize, usize, f64)> {
+    /// Pairs of objects nearer than `reach`, with their distance; all of them, or those of which at least one may move.
+    fn near(&self, reach: f64, all: bool) -> Vec<(usize, usize, f64)> {
         let count = self.surfaces.len();
         (0..count)
             .flat_map(|i| (i + 1..count).map(move |j| (i, j)))
-            .filter(|&(i, j)| !self.moving[i].is_empty() || !self.moving[j].is_empty())
+            .filter(|&(i, j)| all || !self.moving[i].is_empty() || !self.moving[j].is_empty())
             .filter_map(|(i, j)| self.way(i, j, reach).map(|way| (i, j, way.length())))
             .collect()
     }
@@ -330,7 +330,7 @@ impl<'a> Exact<'a> {
 
     fn clearances(self) -> Clearances {
         let parted = self.budget.replace(MAX_PAIRS) > 0;
-        let overlaps = (self.near(TOUCHING).into_iter())
+        let overlaps = (self.near(TOUCHING, true).into_iter())
             .filter(|&(_, _, distance)| distance == 0.0)
             .map(|(i, j, _)| MeshOverlap { objects: [i, j], depth: self.depth(i, j) })
             .collect();
