@@ -41,6 +41,27 @@ fn what_stands_at_a_wall_keeps_its_wall() {
     }
 }
 
+/// A long sideboard was reconstructed askew. What stands on its ends was seen for itself, and stays where it was seen.
+#[test]
+fn what_furniture_bears_does_not_turn_with_it_to_the_wall() {
+    let mut boxes = Boxes::new(0.4).with_room(2.5);
+    boxes.add("sideboard", "ground-wall", [1.8, 0.6, 0.5], [0.0, 0.32, -1.74], 0.15, 0.02);
+    boxes.add("vase", "sideboard", [0.1, 0.2, 0.1], [0.75, 0.68, -1.74], 0.0, 0.0);
+    boxes.add("tin", "sideboard", [0.12, 0.15, 0.08], [-0.75, 0.72, -1.74], 0.0, 0.03);
+    let ready = boxes.done();
+    let done = ready.run(&config());
+    let yaw = done.outcome.placements[0].as_ref().unwrap().yaw;
+    assert!((yaw + 0.15).abs() < 0.02, "the sideboard was turned by {yaw}");
+    for name in ["vase", "tin"] {
+        let (i, was) = (ready.index(name), ready.scene.objects[ready.index(name)].pose);
+        let now = done.pose(name);
+        let aside = (now.translation - was.translation).with_y(0.0).length();
+        assert!(aside < 0.02, "{name} was moved by {aside} m");
+        assert!(now.rotation.angle_between(was.rotation) < 0.06, "{name} was turned");
+        assert!(done.outcome.objects[i].stable && !done.outcome.objects[i].lost_support, "{name}");
+    }
+}
+
 #[test]
 fn a_wall_in_the_middle_of_the_furniture_bears_nothing() {
     let mut boxes = Boxes::new(0.0).with_room(2.5);

@@ -5,8 +5,8 @@
 //! that never moves, is a unit with everything on it; all objects are simulated (the paper; its released code simulates
 //! the roots only).
 
-use super::rig::Rig;
-use crate::scene::{self, Parent, Scene};
+use super::{rig::Rig, tolerances::LEAN};
+use crate::scene::{self, Parent, Relation, Scene};
 use crate::world::{BodyDef, Pose, STATIC, World};
 
 /// Objects that are simulated together.
@@ -185,4 +185,24 @@ pub(super) fn carry(
         place.translation = pose.translation + turn * (place.translation - old.translation);
         place.rotation = (turn * place.rotation).normalize();
     }
+}
+
+/// Moves something that stands to `pose`, and everything movable on it as its centre moves, up or down with what is below.
+/// What leans or stands askew was reconstructed wrongly, not what is on it: that is turned along only if it is inside or
+/// hangs there, or the object turns far.
+pub(super) fn carry_standing(scene: &Scene, rig: &Rig, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
+    let (old, moves) = (layout[object], |child: usize| scene.objects[child].movable);
+    let turn = pose.rotation * old.rotation.conjugate();
+    let way = rig.center_of(&pose) - rig.center_of(&old);
+    let little = old.rotation.angle_between(pose.rotation) <= LEAN.end;
+    for child in scene.children(object).filter(|&child| moves(child)) {
+        let here = layout[child];
+        let rigid = pose.translation + turn * (here.translation - old.translation);
+        let there = match little && scene.objects[child].relation == Relation::On {
+            true => scene::Pose { translation: (here.translation + way).with_y(rigid.y), ..here },
+            false => scene::Pose { translation: rigid, rotation: (turn * here.rotation).normalize() },
+        };
+        carry(scene, child, there, layout, moves);
+    }
+    layout[object] = pose;
 }

@@ -9,7 +9,7 @@ use super::{
     room::{Form, Placement, Placer, Room, stands},
     seat::{Seat, Unsteady},
 };
-use crate::scene::{self, Scene};
+use crate::scene::{self, Parent, Scene};
 use crate::shape::Shape;
 use crate::world::{Backend, BackendError, Best, BodyDef, Flow, MemoryPlan, Pose, SearchSettings, Stream};
 use std::time::Instant;
@@ -117,29 +117,40 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// Sets the objects onto their supports: first what stands on the ground, then what is on walls and ceiling, which
-    /// gives way to it, then what that bears.
+    /// Sets the objects onto their supports: first what stands on the ground, and at walls against these, then what that
+    /// bears, then what is on walls and ceiling, which gives way to it, then what that bears.
     fn arrange(&mut self, observer: &mut dyn Observer) -> Result<(), OptimizeError> {
+        let scene = self.scene;
         let mut layout = self.input.clone();
         let mut room = match self.config.room {
-            true => Room::new(self.scene, &self.forms, &layout),
+            true => Room::new(scene, &self.forms, &layout),
             false => Room::default(),
         };
+        let hangs = |object: usize| !stands(scene, object);
+        let on_ground = |object: usize| !hangs(object) && matches!(scene.objects[object].parent, Parent::Root(_));
+        let on_others = |object: usize| !hangs(object) && !on_ground(object);
         let (mut unsteady, mut bearers) = (Unsteady::default(), vec![Vec::new(); layout.len()]);
         if self.config.seat {
             observer.event(Event::Seating);
-            unsteady = self.seat(&room).run(|object| stands(self.scene, object), &mut layout, &mut bearers)?;
+            unsteady = self.seat(&room).run(on_ground, hangs, &mut layout, &mut bearers)?;
         }
-        room.keep_needed(self.scene, &self.forms, &unsteady.leaning, &layout);
+        room.keep_needed(scene, &self.forms, &unsteady.leaning, &layout);
+        let placer = Placer { scene, room: &room, forms: &self.forms, rigs: &self.rigs };
         if !room.sides.is_empty() {
             observer.event(Event::Placing);
-            let placer = Placer { scene: self.scene, room: &room, forms: &self.forms, rigs: &self.rigs };
-            placer.furnish(&unsteady.leaning, &mut layout, &mut self.placements);
+            placer.furnish(on_ground, &unsteady.leaning, &mut layout, &mut self.placements);
+        }
+        if self.config.seat {
+            let others = self.seat(&room).run(on_others, |i| !on_others(i), &mut layout, &mut bearers)?;
+            unsteady.rolling.extend(others.rolling);
+        }
+        if !room.sides.is_empty() {
+            placer.furnish(on_others, &[], &mut layout, &mut self.placements);
             let hung = placer.hang(&mut layout, &mut self.placements);
             room.hung = hung;
         }
         if self.config.seat {
-            let others = self.seat(&room).run(|object| !stands(self.scene, object), &mut layout, &mut bearers)?;
+            let others = self.seat(&room).run(hangs, |i| !hangs(i), &mut layout, &mut bearers)?;
             unsteady.rolling.extend(others.rolling);
         }
         self.walls = room.bodies(|_| true, &self.forms, &layout);

@@ -4,8 +4,8 @@
 use super::free::{Place, Space};
 use super::outline::{Outline, wrapped, yaw};
 use super::tolerances::{CONTACT, FAR, HORIZONTAL, MAX_INSIDE, MAX_LEAN, MAX_PULL, MAX_YAW, PLUMB, THERE, TOUCHES};
-use super::{Form, Placement, Room, hangs_on, name_of, stands, stands_upright};
-use crate::optimize::groups::carry;
+use super::{Form, Placement, Room, hangs_on, name_of, stands_upright};
+use crate::optimize::groups::{carry, carry_standing};
 use crate::optimize::posture::{lean, upright};
 use crate::optimize::rig::Rig;
 use crate::scene::{Parent, Pose, Root, Scene};
@@ -24,13 +24,16 @@ pub(in crate::optimize) struct Placer<'a> {
 }
 
 impl Placer<'_> {
-    /// Puts what stands at a wall against it, but for the `leaning` which already are, and everything that reaches
-    /// through a wall inside, each with what it bears.
-    pub fn furnish(&self, leaning: &[usize], layout: &mut [Pose], placements: &mut [Option<Placement>]) {
-        for object in self.scene.bearers_first() {
-            if !stands(self.scene, object) {
-                continue;
-            }
+    /// Of `which`, puts what stands at a wall against it, but for the `leaning` which already are, and everything that
+    /// reaches through a wall inside, each with what it bears.
+    pub fn furnish(
+        &self,
+        which: impl Fn(usize) -> bool,
+        leaning: &[usize],
+        layout: &mut [Pose],
+        placements: &mut [Option<Placement>],
+    ) {
+        for object in self.scene.bearers_first().into_iter().filter(|&object| which(object)) {
             let start = layout[object];
             if self.scene.objects[object].parent == Parent::Root(Root::GroundWall) {
                 placements[object] = self.against_wall(object, leaning.contains(&object), layout);
@@ -61,7 +64,9 @@ impl Placer<'_> {
             return Some(Placement::at(self.room, index, LEANS));
         }
         let mut placement = Placement::at(self.room, index, "");
-        self.turn(object, wall.normal, &mut placement, layout);
+        if let Some(pose) = self.turned(object, wall.normal, &mut placement, layout) {
+            carry_standing(self.scene, &self.rigs[object], object, pose, layout);
+        }
         let inward = wall.normal.with_y(0.0).normalize_or_zero();
         let shift = inward * ((CONTACT - gap(layout)) / inward.dot(wall.normal));
         placement.shift = shift.dot(wall.normal);
@@ -120,8 +125,10 @@ impl Placer<'_> {
             placement.lean = leaned;
             self.carry(object, pose, layout);
         }
-        if surface.kind == Root::Wall {
-            self.turn(object, surface.normal, &mut placement, layout);
+        if surface.kind == Root::Wall
+            && let Some(pose) = self.turned(object, surface.normal, &mut placement, layout)
+        {
+            self.carry(object, pose, layout);
         }
         let gap = surface.gap(self.forms[object].mesh(&layout[object]));
         self.shift(object, surface.normal * (CONTACT - gap), layout);
@@ -151,22 +158,21 @@ impl Placer<'_> {
         placement
     }
 
-    /// Turns an object about the vertical so that its flat side lies on a wall; what has none, by the axes of its mesh.
-    fn turn(&self, object: usize, normal: DVec3, placement: &mut Placement, layout: &mut [Pose]) {
+    /// An object turned about the vertical so that its flat side lies on a wall; what has none, by the axes of its mesh.
+    /// None if it need not or cannot be turned.
+    fn turned(&self, object: usize, normal: DVec3, placement: &mut Placement, layout: &[Pose]) -> Option<Pose> {
         let Pose { rotation, translation } = layout[object];
         let outline = Outline::new(self.forms[object].mesh(&layout[object]));
         let Some(yaw) = outline.turn_to(-normal).or_else(|| turn_of_axes(rotation, normal)) else {
             placement.remark(format!("not turned: no side within {:.0}° of it", MAX_YAW.to_degrees()));
-            return;
+            return None;
         };
         if yaw.abs() < PLUMB {
-            return;
+            return None;
         }
         let (turn, center) = (DQuat::from_rotation_y(yaw), self.rigs[object].center_of(&layout[object]));
-        let pose =
-            Pose { rotation: (turn * rotation).normalize(), translation: center + turn * (translation - center) };
         placement.yaw = yaw;
-        self.carry(object, pose, layout);
+        Some(Pose { rotation: (turn * rotation).normalize(), translation: center + turn * (translation - center) })
     }
 
     fn shift(&self, object: usize, shift: DVec3, layout: &mut [Pose]) {

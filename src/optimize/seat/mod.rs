@@ -19,9 +19,8 @@ mod wall;
 
 use super::config::SettleSettings;
 use super::room::{Form, LEANING, Room};
-use super::{groups::carry, rig::Rig, settle::settle};
-use super::{posture::lean, tolerances::LEAN};
-use crate::scene::{self, Parent, Relation, Scene};
+use super::{groups::carry_standing, posture::lean, rig::Rig, settle::settle};
+use crate::scene::{self, Parent, Scene};
 use crate::world::{Backend, BackendError, BodyDef, Flow, Pose, STATIC, SimSettings, World, angle_between};
 use glam::Vec3;
 use tolerances::{MAX_SINK, MAX_SLIDE, MAX_TURN, REST_SECONDS};
@@ -80,17 +79,19 @@ pub(super) struct Seat<'a> {
 
 impl Seat<'_> {
     /// Sets the objects of `layout` that `which` names onto their supports, each with everything on it. What never
-    /// moves stays. What others stay on besides their parents goes into `bearers`.
+    /// moves stays. What others stay on besides their parents goes into `bearers`; those of them that are not named are
+    /// `there` already or cannot bear.
     pub fn run(
         &self,
         which: impl Fn(usize) -> bool,
+        there: impl Fn(usize) -> bool,
         layout: &mut [scene::Pose],
         bearers: &mut [Vec<usize>],
     ) -> Result<Unsteady, BackendError> {
         let mut unsteady = Unsteady::default();
-        let mut set: Vec<bool> = (0..layout.len()).map(|i| self.scene.is_static(i) || !which(i)).collect();
+        let mut set: Vec<bool> = (0..layout.len()).map(|i| self.scene.is_static(i) || there(i)).collect();
         for object in self.by_level(layout) {
-            if set[object] {
+            if set[object] || !which(object) {
                 continue;
             }
             self.step_inside(object, layout);
@@ -182,24 +183,9 @@ impl Seat<'_> {
         [self.rigs, a, b].map(|rigs| Self { rigs, ..self.clone() })
     }
 
-    /// Moves an object to `pose`, and everything on it as its centre moves, up or down with what is below. What leans
-    /// was reconstructed wrongly, not what is on it: that is turned along only if it is inside or hangs there, or the
-    /// object turns far.
+    /// Moves an object to `pose`, with everything on it.
     pub(super) fn carry(&self, object: usize, pose: scene::Pose, layout: &mut [scene::Pose]) {
-        let (old, moves) = (layout[object], |child: usize| self.scene.objects[child].movable);
-        let turn = pose.rotation * old.rotation.conjugate();
-        let way = self.rigs[object].center_of(&pose) - self.rigs[object].center_of(&old);
-        let leant = old.rotation.angle_between(pose.rotation) <= LEAN.end;
-        for child in self.scene.children(object).filter(|&child| moves(child)) {
-            let here = layout[child];
-            let rigid = pose.translation + turn * (here.translation - old.translation);
-            let there = match leant && self.scene.objects[child].relation == Relation::On {
-                true => scene::Pose { translation: (here.translation + way).with_y(rigid.y), ..here },
-                false => scene::Pose { translation: rigid, rotation: (turn * here.rotation).normalize() },
-            };
-            carry(self.scene, child, there, layout, moves);
-        }
-        layout[object] = pose;
+        carry_standing(self.scene, &self.rigs[object], object, pose, layout);
     }
 
     /// Where the object comes to rest on its held parent, alone or `loaded`; none if that cannot be simulated.
