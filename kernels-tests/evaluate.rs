@@ -164,6 +164,19 @@ fn one_object_out_of_place_shows() {
 }
 
 #[test]
+fn a_reference_of_other_names_is_told() {
+    let case = Case::new();
+    let truth = case.scene("truth.json", &room(0.0, DVec3::ZERO));
+    let same = case.run(&[&truth, Path::new("--reference"), &truth]);
+    assert!(!String::from_utf8_lossy(&same.stderr).contains("names of objects"));
+    let mut named = room(0.0, DVec3::ZERO);
+    named.iter_mut().zip(["one", "two", "three", "four", "five"]).for_each(|(cube, name)| cube.0 = name);
+    let other = case.run(&[&case.scene("other.json", &named), Path::new("--reference"), &truth]);
+    let said = String::from_utf8_lossy(&other.stderr);
+    assert!(other.status.success() && said.contains("names of objects in") && said.contains("truth.json"), "{said}");
+}
+
+#[test]
 fn many_scenes_have_a_mean_and_failures() {
     let case = Case::new();
     let good = case.scene("good.json", &[("a", [0.0, 0.1, 0.0], 0.0, SIZE)]);

@@ -80,13 +80,21 @@ fn measure(path: &Path, reference: Option<&Path>, steps: u32, backend: &dyn Back
     let rigs: Vec<Rig> = shapes::make(&scene, false)?.iter().map(Rig::new).collect();
     let ours = (&scene, &meshes[..]);
     let theirs = reference.as_ref().map(|(scene, meshes)| (scene, &meshes[..]));
+    let layout = theirs.and_then(|theirs| metrics::layout(ours, theirs));
+    if let (Some((other, _)), None) = (theirs, &layout) {
+        say(format_args!(
+            "note: {}: fewer than three of its movable objects have the names of objects in {}: nothing is said of the layout",
+            scene.file.display(),
+            other.file.display()
+        ));
+    }
     Ok(Metrics {
         scene: path.display().to_string(),
         objects: scene.objects.len(),
         collision: metrics::collision(&scene, &meshes),
         stability: metrics::stability(&scene, &rigs, backend, steps)?,
         geometry: theirs.and_then(|theirs| metrics::geometry(ours, theirs)),
-        layout: theirs.and_then(|theirs| metrics::layout(ours, theirs)),
+        layout,
         detection: None,
     })
 }
