@@ -79,8 +79,8 @@ pub(super) struct Seat<'a> {
 
 impl Seat<'_> {
     /// Sets the objects of `layout` that `which` names onto their supports, each with everything on it. What never
-    /// moves stays. What others stay on besides their parents goes into `bearers`; those of them that are not named are
-    /// `there` already or cannot bear.
+    /// moves stays. What others stay on besides their parents goes into `bearers`: of what is not named only that can be
+    /// it which is `there`, in its place, already.
     pub fn run(
         &self,
         which: impl Fn(usize) -> bool,
