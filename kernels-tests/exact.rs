@@ -214,6 +214,35 @@ fn pictures_on_a_wall_are_parted_though_nothing_moves_them() {
     assert!(room.moved(2).length() < 1e-3, "what touches nothing stays: {}", room.moved(2));
 }
 
+/// A coat hanger 2 cm above its rod, a towel 3 cm beside its rail, a bag behind whose hook there is a post, one that is too
+/// far off and one that nobody may move.
+#[test]
+fn what_hangs_on_an_object_is_taken_to_it() {
+    let rod = || cuboid([-0.5, 0.0, -0.01], [0.5, 0.02, 0.01]);
+    let hook = || {
+        joined(&[
+            cuboid([-0.01, 0.02, -0.01], [0.01, 0.03, 0.03]),
+            cuboid([-0.01, -0.2, 0.02], [0.01, 0.02, 0.03]),
+            cuboid([-0.2, -0.3, 0.02], [0.2, -0.2, 0.03]),
+        ])
+    };
+    let block = || cuboid([-0.05, -0.05, -0.05], [0.05, 0.05, 0.05]);
+    let hangs = || json!({"parent": "o0", "relation": "hanging"});
+    let mut room = room(&[
+        (rod(), [0.0, 1.0, 0.0], json!({"movable": false})),
+        (hook(), [-0.3, 1.02, 0.0], hangs()),
+        (block(), [0.3, 1.01, 0.09], hangs()),
+        (block(), [0.15, 1.01, -0.09], hangs()),
+        (cuboid([-0.01, 0.0, -0.01], [0.01, 2.0, 0.01]), [0.15, 0.00005, -0.025], json!({})),
+        (block(), [0.0, 1.01, 0.12], hangs()),
+        (block(), [0.45, 1.01, -0.09], json!({"parent": "o0", "relation": "hanging", "movable": false})),
+    ]);
+    room.part();
+    assert!((room.moved(1) + DVec3::Y * 0.01995).length() < 1e-6, "comes down: {}", room.moved(1));
+    assert!((room.moved(2) + DVec3::Z * 0.0295).length() < 1e-6, "the nearest way: {}", room.moved(2));
+    assert_eq!([3, 4, 5, 6].map(|i| room.moved(i)), [DVec3::ZERO; 4], "behind a post, the post, too far off, held");
+}
+
 #[test]
 fn neighbours_get_half_a_millimetre_where_there_is_room() {
     let block = cuboid([-0.05, 0.0, -0.05], [0.05, 0.1, 0.05]);

@@ -3,9 +3,10 @@
 //! Everything before works on convex parts, which cover the meshes but for a few hundredths of a millimetre, and rest
 //! with as much overlap; ready-made parts may fall short of theirs by millimetres. So the settled layout is looked at
 //! once more, triangle by triangle: meshes that touch are parted by the shortest of a set of shifts, up or sideways,
-//! that leads to a free place. What rests on the moved object moves along; rotations stay. What hangs on walls is
-//! parted too, though no simulation moves it; only what is not movable stays.
+//! that leads to a free place. What rests on the moved object moves along; rotations stay. What hangs is
+//! parted too, though no simulation moves it, and taken to the object that it hangs on; only what is not movable stays.
 
+mod hold;
 mod surface;
 mod tolerances;
 mod walls;
@@ -52,6 +53,7 @@ pub fn part_meshes(scene: &Scene, shapes: &[Shape], room: &Room, layout: &mut [P
     let mut exact = Exact::new(scene, shapes, room, layout);
     exact.part();
     exact.lower();
+    exact.hold();
     exact.spread();
     for (pose, shift) in layout.iter_mut().zip(&exact.shifts) {
         pose.translation += *shift;
@@ -355,12 +357,15 @@ impl<'a> Exact<'a> {
         let surface = &self.surfaces[object];
         let ground = (surface.low.y + self.shifts[object].y).max(0.0);
         let others = (0..self.surfaces.len()).filter(|other| !along.contains(other));
-        let gaps = others.filter_map(|other| {
-            let apart = self.shifts[object] - self.shifts[other];
-            let blocked =
-                surface.blocked(&self.surfaces[other], apart, &self.down.frame, [0.0, DROP], 0.0, &self.budget)?;
-            blocked.into_iter().map(|[low, _]| low.max(0.0)).min_by(f64::total_cmp)
-        });
+        let gaps = others.filter_map(|other| self.above(object, other)).map(|gap| gap.max(0.0));
         gaps.chain([ground]).min_by(f64::total_cmp).filter(|gap| *gap <= DROP)
+    }
+
+    /// How far an object can come down before it meets another, m; none if that is not below it within `DROP`.
+    fn above(&self, object: usize, other: usize) -> Option<f64> {
+        let apart = self.shifts[object] - self.shifts[other];
+        let (surface, other) = (&self.surfaces[object], &self.surfaces[other]);
+        let blocked = surface.blocked(other, apart, &self.down.frame, [0.0, DROP], 0.0, &self.budget)?;
+        blocked.into_iter().map(|[low, _]| low).min_by(f64::total_cmp)
     }
 }

@@ -29,6 +29,10 @@ pub(super) const MAX_MOVE: f64 = 0.03;
 /// The same for what no simulation parts before: things on walls and ceilings, m.
 pub(super) const MAX_MOVE_HUNG: f64 = 0.1;
 
+/// What hangs on an object and is no farther from it than this is taken to it, m: what is farther may hang on something
+/// else.
+pub(super) const HOLDS: f64 = 0.05;
+
 /// Upwards is preferred to a move sideways that is not shorter than this share of it.
 pub(super) const UP: f64 = 0.7;
 
