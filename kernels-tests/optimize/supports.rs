@@ -132,6 +132,23 @@ fn what_is_on_something_may_be_on_its_rim() {
     assert!((place.y - 0.1).abs() < 1e-3 && (place.x - 0.24).abs() < 0.02, "{place}");
 }
 
+/// A plant 10 cm deep in the upper of two steps, whose pot 15 cm farther out would clear that step, and its leaves rest on it.
+#[test]
+fn what_is_on_a_step_is_not_hung_over_its_edge() {
+    let mut boxes = Boxes::default();
+    let steps = boxes.add("steps", GROUND, Vec3::new(0.6, 0.5, 0.4), DVec3::ZERO);
+    boxes.objects[steps].movable = false;
+    let lower = [Vec3::new(-0.3, 0.0, -0.2), Vec3::new(0.0, 0.25, 0.2)];
+    boxes.carve(steps, &[lower, [Vec3::new(0.0, 0.0, -0.2), Vec3::new(0.3, 0.5, 0.2)]]);
+    let plant = boxes.add("plant", Parent::Object(steps), Vec3::new(0.24, 0.3, 0.24), DVec3::new(0.1, 0.405, 0.0));
+    let pot = [Vec3::new(-0.04, 0.0, -0.04), Vec3::new(0.04, 0.1, 0.04)];
+    boxes.carve(plant, &[pot, [Vec3::new(-0.12, 0.1, -0.12), Vec3::new(0.12, 0.3, 0.12)]]);
+    let outcome = simple(&boxes, &CpuBackend, &Config { seat: true, ..frozen() });
+    let object = &outcome.objects[plant];
+    assert!((boxes.foot(plant, object) - 0.5).abs() < 1e-3, "{object:?}");
+    assert!(object.stable && (object.moved - 0.095).abs() < 2e-3, "{object:?}");
+}
+
 /// What lies on a board is thin enough, and what stands below it high enough, to be taken for a pile.
 #[test]
 fn what_is_on_a_board_is_not_piled_on_what_is_below_it() {

@@ -1,7 +1,7 @@
 //! At which height an object rests on another, and where it fits between its sides.
 
 use super::Seat;
-use super::tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, STEEP, SUNK, SUNK_ON};
+use super::tolerances::{DISTANCES, FOOTPRINT, MAX_SHIFT, NARROW, STEEP, SUNK, SUNK_ON};
 use crate::optimize::{directions::directions, rig::Rig, sweep::overlap_interval};
 use crate::scene::{self, Parent, Relation, Root};
 use crate::world::constants::LINEAR_SLOP;
@@ -104,16 +104,23 @@ impl Seat<'_> {
     }
 
     /// Shifts an object that is inside another or on it, but reaches into its side and would have to be raised onto its
-    /// rim, to the nearest place where it rests closer to its own height.
+    /// rim, to the nearest place where it rests closer to its own height; what is on the other, with its middle over what
+    /// bears it, or it would hang over the edge of a step by its leaves.
     pub(super) fn step_inside(&self, object: usize, layout: &mut [scene::Pose]) {
-        let sunk = match self.scene.objects[object].relation {
+        let relation = self.scene.objects[object].relation;
+        let sunk = match relation {
             Relation::Inside => SUNK,
             Relation::On => SUNK_ON,
             _ => return,
         };
         let Some(bearer) = self.bearer(object, layout) else { return };
         let (here, footprint) = (layout[object], self.footprint(object, &layout[object]));
+        let middle = (relation == Relation::On).then(|| Solid::new(&self.rigs[object], &here, NARROW));
         let shift = |aside: DVec3| support_shift(&footprint, aside.as_vec3(), &bearer);
+        let is_under = |aside: DVec3, shift: f32| {
+            let below = |middle| support_shift(middle, aside.as_vec3(), &bearer);
+            middle.as_ref().is_none_or(|middle| below(middle).is_some_and(|below| (shift - below).abs() <= SUNK_ON))
+        };
         let raise = shift(DVec3::ZERO).unwrap_or(0.0);
         let (mut least, mut nearest) = (STEEP * f64::from(raise), here);
         for distance in DISTANCES.into_iter().filter(|_| raise > sunk) {
@@ -122,8 +129,9 @@ impl Seat<'_> {
             }
             for along in directions() {
                 let aside = along * distance;
-                let way = shift(aside).map(|shift| distance + STEEP * f64::from(shift.abs()));
-                if let Some(way) = way.filter(|way| *way < least) {
+                let Some(shift) = shift(aside) else { continue };
+                let way = distance + STEEP * f64::from(shift.abs());
+                if way < least && is_under(aside, shift) {
                     (least, nearest) = (way, scene::Pose { translation: here.translation + aside, ..here });
                 }
             }

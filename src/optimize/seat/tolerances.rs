@@ -56,7 +56,8 @@ pub(super) const MOST_LOAD: usize = 32;
 /// Something bears an object, too, if it is at most so much higher or lower than where that stands on its parent, m.
 pub(super) const STEP: f32 = 0.05;
 
-/// So much narrower than the object is what must be over another one of the same parent for a pile: its middle.
+/// So much narrower than the object is its middle, which must be over another one of the same parent for a pile, and over
+/// what bears it where it is put aside.
 pub(super) const NARROW: f32 = 0.1;
 
 /// What is over another one of the same parent lies on that if it is no higher than this, m: a card on a tray. What is
