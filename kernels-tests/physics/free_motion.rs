@@ -123,9 +123,9 @@ fn rods_that_meet(number: usize) -> Scenario {
     let (first, second) = (half(0), half(3));
     let beside = turn(6) * (Vec3::Z * first.z) * (0.5 + 0.4 * any(8));
     let mut s = Scenario::default();
-    s.fixed(vec![cuboid(Vec3::splat(0.05))], Vec3::Y * 60.0 + beside, turn(9));
-    s.cuboid(first, 0.5 + 2.0 * any(11), Vec3::Y * (61.5 + any(12)), turn(6));
-    s.cuboid(second, 0.5 + 2.0 * any(13), Vec3::Y * (63.0 + any(12) + any(14)), turn(15));
+    s.fixed(vec![cuboid(Vec3::splat(0.05))], Vec3::Y * 20.0 + beside, turn(9));
+    s.cuboid(first, 0.5 + 2.0 * any(11), Vec3::Y * (21.5 + any(12)), turn(6));
+    s.cuboid(second, 0.5 + 2.0 * any(13), Vec3::Y * (23.0 + any(12) + any(14)), turn(15));
     s
 }
 
@@ -133,20 +133,25 @@ fn rods_that_meet(number: usize) -> Scenario {
 /// with the spin of before.
 pub fn rods_that_meet_in_mid_air_keep_their_angular_momentum(backend: &dyn Backend) {
     const RODS: [usize; 2] = [1, 2];
-    let settings = undamped(settings(160));
+    /// Steps until they are apart again.
+    const PARTING: usize = 12;
+    let settings = undamped(settings(110));
     for number in [28, 60, 94, 96, 112, 139] {
         let s = rods_that_meet(number);
         let states = run(backend, &s.world(), &settings);
-        let clear = |state: &State| RODS.iter().all(|&i| state.0[i].translation.y < 59.4);
+        let clear = |state: &State| RODS.iter().all(|&i| state.0[i].translation.y < 19.4);
         let first = states.iter().position(clear).unwrap();
         let before = &states[first];
         let whirl: f64 = RODS.iter().map(|&i| s.angular_momentum_of(i, before).length()).sum();
         let turned = |state: &State| (s.spin_of(1, state) - s.spin_of(1, before)).length() / whirl;
-        assert!(states[first..].iter().any(|state| turned(state) > 0.01), "rods {number} must hit each other");
-        let changes = states[first..].iter().map(|state| s.angular_momentum(state) - s.angular_momentum(before));
+        let hit = states[first..].iter().position(|state| turned(state) > 0.01);
+        let hit = first + hit.unwrap_or_else(|| panic!("rods {number} must hit each other"));
+        // Longer, and what f32 makes of gravity at 10 and at 20 m/s, in every small step, adds up to as much.
+        let changes =
+            states[first..hit + PARTING].iter().map(|state| s.angular_momentum(state) - s.angular_momentum(before));
         let most = changes.map(|change| change.length() / whirl).fold(0.0, f64::max);
-        measured(&format!("rods {number} that meet: change of angular momentum"), most, "< 0.001");
-        assert!(most < 1e-3, "rods {number}: angular momentum changed by {most} of {whirl} N m s");
+        measured(&format!("rods {number} that meet: change of angular momentum"), most, "< 0.0001");
+        assert!(most < 1e-4, "rods {number}: angular momentum changed by {most} of {whirl} N m s");
     }
 }
 
