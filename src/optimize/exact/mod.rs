@@ -3,8 +3,8 @@
 //! Everything before works on convex parts, which cover the meshes but for a few hundredths of a millimetre, and rest
 //! with as much overlap; ready-made parts may fall short of theirs by millimetres. So the settled layout is looked at
 //! once more, triangle by triangle: meshes that touch are parted by the shortest of a set of shifts, up or sideways,
-//! that leads to a free place. What rests on the moved object moves along; rotations stay. What hangs is
-//! parted too, though no simulation moves it, and taken to the object that it hangs on; only what is not movable stays.
+//! that leads to a free place. What rests on the moved object moves along; rotations stay. What hangs is parted too,
+//! though no simulation moves it, and taken to the object that it hangs on; only what is not movable stays.
 
 mod hold;
 mod surface;
